@@ -40,6 +40,17 @@ class TransportOrder(NamedTuple):
     drop: str
 
 
+class Carries(NamedTuple):
+    """Told to a robot that asks: the order whose load it carries."""
+
+    order: TransportOrder
+
+
+class AskLoad(NamedTuple):
+    """An action: a robot that has started asks what it carries, which its program forgot if it had
+    one. Without a load it is told nothing."""
+
+
 class Serve(NamedTuple):
     """A robot's action: it wants to be served at ``station``, and waits there for its turn; at a
     pick it names the ``order`` whose load it comes for."""

@@ -9,6 +9,8 @@ from runs import SCENARIOS, audited, built, finished
 from desim.api import run
 from desim.errors import InputError
 from desim.monitor.summary import summarize
+from desim.ports.delivery import Carries
+from desim.robot.coordination.orders.porter import Porter
 
 DELIVERY = SCENARIOS / "delivery_small.yaml"
 ORDERS = ("task.every=null", "task.orders=[[1 s, shelf_1, dock_1], [2 s, shelf_2, dock_2], "
@@ -70,6 +72,35 @@ def test_without_a_network_nobody_has_an_order(kind):
 def test_a_desk_that_starts_again_asks_for_what_waits():
     outcome, summary, *_ = played("faults=[{at: 0.5 s, host: base, down_for: 10 s}]")
     assert outcome.stop_reason == "delivered" and summary["orders_done"] == 5
+
+
+@each
+@pytest.mark.parametrize("at_s", [10, 20, 40])
+def test_a_desk_that_starts_again_in_mid_run_goes_on(kind, at_s):
+    outcome, summary, rows, simulation = played(
+        *KINDS[kind], f"faults=[{{at: {at_s} s, host: base, down_for: 20 s}}]")
+    assert outcome.stop_reason == "delivered"
+    assert rows.counts(simulation, "order_done") == dict.fromkeys(range(5), 1)
+
+
+@each
+@pytest.mark.parametrize("robot", ["robot_1", "robot_3"])
+def test_a_robot_that_starts_again_knows_what_it_carries(kind, robot):
+    """At 20 s these are being loaded or have a load, which they bring to its dock."""
+    outcome, summary, rows, simulation = played(
+        *KINDS[kind], f"faults=[{{at: 20 s, host: {robot}, down_for: 20 s}}]")
+    assert outcome.stop_reason == "delivered" and outcome.simulated_ns < 120e9
+    assert rows.counts(simulation, "order_done") == dict.fromkeys(range(5), 1)
+
+
+def test_a_robot_that_does_not_ask_keeps_its_load(monkeypatch):
+    """The twin."""
+    notified = Porter.notified
+    monkeypatch.setattr(Porter, "notified", lambda self, robot, content: isinstance(
+        content, Carries) or notified(self, robot, content))
+    outcome, summary, *_ = played(*KINDS["auction"],
+                                  "faults=[{at: 20 s, host: robot_1, down_for: 20 s}]")
+    assert outcome.stop_reason == "elapsed" and summary["orders_done"] == 3
 
 
 def test_batteries_are_charged_in_time():

@@ -65,6 +65,15 @@ def test_intentions_matter(cyclic):
     assert heard["idleness_mean_s"] < deaf["idleness_mean_s"]
 
 
+def test_a_patrol_goes_on_through_a_cut():
+    """Without others' intentions, places are visited as before, and none is left alone."""
+    simulation, summary, visits = played(
+        "expected_reactive", "deployment=field", "network.media.lan={model: ideal, rules: [{rule: "
+        "loss, probability: 1, from: 100 s, until: 200 s}]}")
+    in_cut = {place for t_ns, _, place, _ in visits if 100 * S < t_ns < 200 * S}
+    assert in_cut == set(range(10)) and summary["idleness_worst_s"] < 120.0
+
+
 def test_robots_that_do_not_know_the_terrain_find_their_places():
     known, unknown = (played("expected_reactive", f"task.map={word}", "stop.elapsed=120 s")[1]
                       for word in ("known", "unknown"))

@@ -24,7 +24,9 @@ from desim.monitor.delivery.stations import ServiceQueue, Visit
 from desim.monitor.places import free_cells, trouble_at
 from desim.monitor.times import mean_s, worst_s
 from desim.ports.delivery import (
+    AskLoad,
     AskOrders,
+    Carries,
     Delivery,
     Serve,
     Served,
@@ -142,6 +144,10 @@ class Deliveries:
             for entry in self._orders:
                 if not entry.is_picked:
                     context.notify(host, entry.order)
+        elif isinstance(content, AskLoad) and host in self._carriers:
+            load = self._carriers[host].load
+            if load is not None:
+                context.notify(host, Carries(load))
         elif isinstance(content, Serve) and content.station in self._queues \
                 and host in self._carriers:
             station = self._briefing.at(content.station)
@@ -150,8 +156,8 @@ class Deliveries:
             self._queues[station.name].join(
                 context, Visit(host, station, content.order, context.now_ns))
         else:
-            raise ModelError(f"{host} cannot do {content!r}; allowed: Serve at a station, by "
-                             "robots, and AskOrders")
+            raise ModelError(f"{host} cannot do {content!r}; allowed: Serve at a station and "
+                             "AskLoad, by robots, and AskOrders")
 
     def _objection(self, visit: Visit) -> ServiceEnd | None:
         context, load = self._context, self._carriers[visit.robot].load

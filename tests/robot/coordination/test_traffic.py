@@ -10,6 +10,7 @@ from desim.robot.coordination.strategies.prioritized import PrioritizedTraffic
 from desim.robot.coordination.traffic import planners
 from desim.robot.coordination.traffic.cells import CellGraph, cells_of
 from desim.robot.coordination.traffic.planners import Pibt, Prioritized
+from desim.robot.coordination.traffic.schedule import CellVisit, Schedule
 from desim.testing import StrategyBench, check_strategy
 
 
@@ -207,6 +208,24 @@ def test_a_reserved_way_is_gone_around():
     graph = graph_of(*MAPS["empty"])
     at, goals = {"a": (0, 2), "b": (5, 2)}, {"a": (5, 2), "b": (0, 2)}
     assert steps_until_all_were_there(Prioritized(), graph, at, goals, 7) is not None
+
+
+def entered_by_a_follower(on_its_way):
+    """Robot a was let go from cell 1 to 2, b stands in cell 0 and is to go to 1: whether it is
+    granted that before and after a has come to 2, by a schedule that a host took up again."""
+    at = [CellVisit((k, 0), (float(k), 0.0)) for k in range(3)]
+    schedule = Schedule()
+    schedule.resume("a", at[1], at[2] if on_its_way else at[1])
+    schedule.resume("b", at[0], at[0])
+    schedule.plan("b", at[1])
+    before = schedule.grant()
+    schedule.arrive("a", at[2].place)
+    return "b" in before, "b" in schedule.grant()
+
+
+def test_a_robot_that_is_taken_up_on_its_way_holds_both_cells():
+    assert entered_by_a_follower(on_its_way=True) == (False, True)
+    assert entered_by_a_follower(on_its_way=False) == (False, False)
 
 
 def test_cells_of_a_map_are_joined_where_the_way_is_free():

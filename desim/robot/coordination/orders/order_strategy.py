@@ -5,7 +5,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 
 from desim import ports
-from desim.ports.delivery import AskOrders, Delivery, TransportOrder
+from desim.ports.delivery import AskLoad, AskOrders, Delivery, TransportOrder
 from desim.robot.coordination.orders.desk import OrderDesk, OrderDeskParams, Report
 from desim.robot.coordination.orders.porter import Porter
 from desim.units import NS_PER_S
@@ -29,6 +29,7 @@ class OrderStrategy(ABC):
             host.subscribe("orders", self._on_orders)
             host.every(self._period_ns, self._report)
             host.every(_STEP_NS, self._porter.step)
+            host.act(AskLoad())
         else:
             host.advertise("orders")
             host.subscribe("report", self._on_report)

@@ -7,6 +7,7 @@ from collections.abc import Iterable
 
 from desim import ports
 from desim.ports.delivery import (
+    Carries,
     Charge,
     Delivery,
     Serve,
@@ -80,6 +81,9 @@ class Porter:
         """The task says something."""
         if isinstance(content, Charge):
             self._charge = content.share
+        elif isinstance(content, Carries):
+            self.loaded = content.order.number
+            self.orders.insert(0, content.order)
         elif isinstance(content, Served):
             self._waits = False
             self._served(robot.task.at(content.station), content)

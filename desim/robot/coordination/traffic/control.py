@@ -34,7 +34,8 @@ class TrafficControl(ABC):
     grant they stand. The host plans steps of all robots ``ahead`` of their reports, and grants the
     cells in the order of the plan. Each robot hears its grants on a topic of its own, as VDA 5050
     has it for orders. Failsafe: a robot that hears nothing stands in its cell, and the others come
-    no further than ``ahead`` steps.
+    no further than ``ahead`` steps. A host that has started again asks robots where they stand,
+    where they were let go, and for which goal, and plans on from there.
     """
 
     traits = ports.StrategyTraits(needs=Journeys, needs_coordinator=True)
@@ -43,8 +44,8 @@ class TrafficControl(ABC):
         self._cell_m, self._ahead = params.cell_m, params.ahead
         self._graph: CellGraph | None = None
         self._stands: ports.Place | None = None  # on a robot: where it was granted and has come to
-        # At the host: what is planned, and the number of goals that each robot reaches by it.
-        self._schedule = Schedule()
+        self._schedule = Schedule()  # at the host
+        # The number of goals that robots have reached, at the host: by the end of what is planned.
         self._reached: dict[str, int] = {}
 
     @abstractmethod
@@ -73,6 +74,7 @@ class TrafficControl(ABC):
     def on_goal(self, robot: ports.StrategyContext, place: ports.Place, end: ports.GoalEnd) -> None:
         if end is ports.GoalEnd.REACHED:
             self._stands = place
+            self._goal(robot, robot.name, place)
             self._report(robot)
 
     def _report(self, robot: ports.StrategyContext) -> None:
@@ -84,9 +86,13 @@ class TrafficControl(ABC):
             robot.publish("stands", {"at": list(self._stands)})
 
     def _on_grant(self, robot: ports.StrategyContext, grant: ports.StrategyMessage) -> None:
-        place = ports.Place(*grant.content["to"])
-        if robot.pose is not None and place not in (self._stands, robot.goal):
-            robot.go(place)
+        to = grant.content["to"]
+        if to is None and self._stands is not None:  # the host does not know
+            robot.publish("stands", {"at": self._stands, "to": robot.goal or self._stands,
+                                     "reached": self._reached[robot.name]})
+        elif (to is not None and robot.pose is not None
+              and ports.Place(*to) not in (self._stands, robot.goal)):
+            robot.go(ports.Place(*to))
 
     # --------------------------------------------------------------------------------- the host
 
@@ -96,10 +102,17 @@ class TrafficControl(ABC):
         if graph is None or name not in host.task.goals:
             return
         granted = self._schedule.granted
-        if "at" in content:
-            if name in granted and self._schedule.arrive(name, ports.Place(*content["at"])):
+        if name in granted:
+            if "at" in content and self._schedule.arrive(name, ports.Place(*content["at"])):
                 self._go_on(host, graph)
-        elif name not in granted:
+        elif "to" in content:
+            at, to = (ports.Place(*content[key]) for key in ("at", "to"))
+            self._reached[name] = content["reached"]
+            self._schedule.resume(name, CellVisit(graph.nearest(at), at),
+                                  CellVisit(graph.nearest(to), to))
+        elif "at" in content:
+            host.publish(f"grants/{name}", {"to": None})
+        else:
             taken = [visit.cell for visit in granted.values()]
             cell = graph.nearest_but(content["start"], taken)
             self._schedule.start(name, self._visit(host, graph, name, cell))
@@ -135,7 +148,7 @@ class TrafficControl(ABC):
         return moves
 
     def _goal(self, host: ports.StrategyContext, name: str, place: ports.Place) -> ports.Place:
-        """The goal of a robot that is at ``place`` by the plan: the last one if it was at all."""
+        """The goal of a robot that is at ``place``: the last one if it was at all."""
         goals, reached = host.task.goals[name], self._reached.setdefault(name, 0)
         if place == goals[reached] and reached + 1 < len(goals):
             self._reached[name] = reached = reached + 1

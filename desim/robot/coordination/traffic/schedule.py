@@ -53,10 +53,16 @@ class Schedule:
         return len(self._planned[name]) + (self._at.get(name) != self._granted[name])
 
     def start(self, name: str, visit: CellVisit) -> None:
-        """Grant ``name`` its first visit."""
+        """Grant ``name`` a visit, with none planned behind it."""
         self._granted[name] = visit
         self._planned[name] = deque()
         self._visitors[visit.cell].append(name)
+
+    def resume(self, name: str, at: CellVisit, granted: CellVisit) -> None:
+        """Take up a robot that is at one visit, and may be on its way to the next."""
+        self._at[name] = at
+        for visit in dict.fromkeys((at, granted)):
+            self.start(name, visit)
 
     def plan(self, name: str, visit: CellVisit) -> None:
         """Add a visit behind those planned for ``name``."""
