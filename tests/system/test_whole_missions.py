@@ -60,7 +60,7 @@ def cut(from_s, until_s):
     cut(20, 200), "faults=[{at: 20 s, host: base, down_for: 40 s}]",
     "faults=[{at: 40 s, host: robot_0, down_for: 20 s}]"])
 def test_a_search_that_is_cut_off_for_a_time_reports_all(trouble):
-    """Robots carry home the news that the base has not confirmed; a base that starts again hears it anew."""
+    """Robots carry home reports that nobody confirmed; a base that starts again hears all anew."""
     reason, summary = played("search", trouble)
     assert reason == "found" and summary["victims_reported"] == 5
 
