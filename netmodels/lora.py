@@ -16,7 +16,8 @@ from desim.units import NS_PER_S, Decibels, Level, Pace, Ratio
 from netmodels.itemized import FrameTimes, Itemized
 from netmodels.lora_modem import MOST_BYTES, SENSITIVITY_DBM, lora_airtime_ns
 from netmodels.packet_fates import PacketFates
-from netmodels.radio.path_loss import PathLossParams
+from netmodels.radio.body_loss import BodyLoss
+from netmodels.radio.path_loss import LIGHT_MPS, PathLossParams
 from netmodels.random_loss import drop
 
 CARRIER_HZ = 868.1e6  # the first of EU868
@@ -55,8 +56,8 @@ class Lora(Itemized):
     Of a packet 46 B, the headers of Ethernet, IP and UDP, are compressed away (RFC 9011), and
     LoRaWAN's 13 B come on top. What is longer than EU868 allows at the spreading factor is
     ``too_long``. Nothing is acknowledged, and broadcasts get to the gateway alone. Signals below
-    the datasheet's sensitivity are not heard, nor is a host without a place. Not modelled: RX2,
-    joining, adaptive data rates, other networks.
+    the datasheet's sensitivity are not heard, nor is a host without a place. People on the line
+    weaken them. Not modelled: walls, RX2, joining, adaptive data rates, other networks.
 
     Capabilities: Refuses, Itemizes.
     """
@@ -87,6 +88,7 @@ class Lora(Itemized):
         self._khz = int(params.bandwidth.removesuffix(" kHz"))
         self._least_dbm = SENSITIVITY_DBM[self._khz][params.spreading_factor - 7]
         self._path_loss = params.path_loss.chosen(CARRIER_HZ)
+        self._bodies = BodyLoss(LIGHT_MPS / CARRIER_HZ)
 
     def start(self, context: ports.Context, hosts: tuple[str, ...]) -> None:
         """Raises ``InputError`` if there is no such gateway."""
@@ -229,6 +231,10 @@ class Lora(Itemized):
         places = self._context.positions(self._context.now_ns)
         distance_m = float(np.hypot(*(places[device] - places[self._gateway])))
         loss_db = float(self._path_loss.loss_db(np.array(distance_m)))
+        if (people := self._context.obstacles.people) is not None:
+            ends = [device, self._gateway]
+            loss_db += float(self._bodies.loss_db(people, places[ends].reshape(1, 4),
+                                                  self._context.antennas.height_m[ends][None])[0])
         return -math.inf if math.isnan(loss_db) else self._params.power_dbm - loss_db
 
     def _airtime_ns(self, packet: _Packet, crc: bool) -> int:

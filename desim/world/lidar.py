@@ -9,6 +9,7 @@ import numpy as np
 from desim.compiler.kernel import compiled_function
 from desim.ports.kernels import cos, sin
 from desim.scenario.schema.robot import Laser
+from desim.world import people
 from desim.world.kernels import lidar as kernels
 from desim.world.outlines import Outlines
 from desim.world.scene import Scene
@@ -29,6 +30,7 @@ class Lidar:
                  radii_m: np.ndarray, outlines: Outlines, extents_m: np.ndarray, keys: np.ndarray
                  ) -> None:
         self.beams, self._height_m = laser.beams, height_m
+        self._sees_people = height_m < people.HEIGHT_M
         self.angle_min_rad = -laser.field_of_view_rad / 2.0
         self.increment_rad = laser.increment_rad
         angles = [self.angle_min_rad + self.increment_rad * i for i in range(laser.beams)]
@@ -56,9 +58,10 @@ class Lidar:
         if not self._all:
             doors, doors_m = walls[scene.fixed:], scene.tops_m[scene.fixed:]
             walls = np.concatenate([self._lines, doors[doors_m > self._height_m]])
+        discs = scene.discs if self._sees_people else scene.discs[:scene.movers]
         out = np.empty((len(robots), self.beams), dtype=np.float32)
         if not self._sees_outlines:
-            self._scan(self._arrays, poses, robots, tick, walls, scene.discs, out)
+            self._scan(self._arrays, poses, robots, tick, walls, discs, out)
             return out
         # A polygon's sides are walls to all but the robot itself.
         sides, first = self._outlines.sides(poses), self._outlines.first
@@ -66,7 +69,7 @@ class Lidar:
             others = self._seen.copy()
             others[first[robot]:first[robot + 1]] = False
             self._scan(self._arrays, poses, robots[k:k + 1], tick,
-                       np.concatenate([walls, sides[others]]), scene.discs, out[k:k + 1])
+                       np.concatenate([walls, sides[others]]), discs, out[k:k + 1])
         return out
 
 

@@ -19,7 +19,7 @@ from desim.world.obstacles import crossing
 from desim.world.terrain import Terrain
 from desim.world.wall_index import TileIndex, tile_index
 
-HEIGHT_M = 1.7  # of a blocker of radio waves (3GPP TR 38.901, 7.6.4.2)
+HEIGHT_M = 1.7  # of a blocker of radio waves (3GPP TR 38.901, 7.6.4.2); lasers above see nobody
 RADIUS_M = 0.25  # half the breadth of shoulders (Weidmann 1993: 0.46 m and some)
 WANTED_MPS, SPREAD_MPS = 1.34, 0.26  # of people's speeds, mean and standard deviation (the paper)
 _SLOWEST_MPS = 0.4

@@ -108,6 +108,7 @@ class Plane:
 
     def _present_scene(self) -> Scene:
         return Scene(self._walls, self._tops_m, len(self.terrain.lines), self._discs,
+                     len(self._movers.discs),
                      tuple(kind.reckoned for kind in self._odometers))
 
     def _keys(self, streams: RandomStreams, sensor: str) -> np.ndarray:

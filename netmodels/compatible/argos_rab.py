@@ -7,7 +7,7 @@ from pydantic import Field
 
 from desim import ports
 from desim.units import ByteSize, Length, Period, Ratio
-from netmodels.compatible.obstruction import walls_between
+from netmodels.compatible.obstruction import unobstructed
 from netmodels.itemized import Itemized
 from netmodels.random_loss import PairStreams
 
@@ -23,7 +23,7 @@ class ArgosRab(Itemized):
     A message is of a fixed size: what is larger than ``size`` without its headers is ``too_long``.
     A sender has one at a time: another message before the tick is over takes its place
     (``overwritten``), whatever its receivers. At the end of the tick it is there, with the
-    places and walls of that moment. Walls block the sight; a train is one message.
+    places and walls of that moment. Walls and people block the sight; a train is one message.
 
     Left out: robots that block the sight, distance and bearing that a receiver measures, with their
     noise, and that ARGoS repeats a message in every tick until there is another one. A host without
@@ -80,7 +80,7 @@ class ArgosRab(Itemized):
         places = context.positions(context.now_ns)
         here, there = places[frame.source], places[list(frame.receivers)]
         near = np.hypot(*(there - here).T) < params.range_m  # False for NaN
-        seen = walls_between(context.obstacles, here, there) == 0
+        seen = unobstructed(context.obstacles, here, there)
         beyond = ports.Drop("out_of_reach" if frame.broadcast else "out_of_range")
         fates: dict[ports.Deliver | ports.Drop, list[int]] = {}
         for k, receiver in enumerate(frame.receivers):

@@ -10,7 +10,7 @@ from pydantic import Field
 
 from desim import ports
 from desim.units import NS_PER_S, BitRate, ByteSize, Length, Period
-from netmodels.compatible.obstruction import walls_between
+from netmodels.compatible.obstruction import unobstructed
 from netmodels.itemized import Itemized
 
 _FULL, _HIDDEN = ports.Drop("queue_full"), ports.Drop("obstructed")
@@ -24,11 +24,11 @@ class WebotsEmitter(Itemized):
     time step, and is there at the end of a step. One that would make more bytes wait than the
     buffer holds, what is being sent included, is refused (``queue_full``). Range, and
     for ``infra-red`` sight, are those when the packet has been sent; ``radio`` goes through
-    walls. Nothing else is lost, nobody hinders anybody else. A train is one packet; all bytes are
-    the frame's, headers included.
+    walls and people. Nothing else is lost, nobody hinders anybody else. A train is one packet; all
+    bytes are the frame's, headers included.
 
     The signal strength is Webots' 1 / distance^2, here as 0 dBm at 1 m. Left out: the cones of
-    ``infra-red`` (a network does not know where hosts look), bodies that block its sight, channels
+    ``infra-red`` (a network does not know where hosts look), robots that block its sight, channels
     (media are), and the receiver's buffer, which our hosts empty at once. A host without a place
     gets and sends something only if the range is infinite.
 
@@ -104,4 +104,4 @@ class WebotsEmitter(Itemized):
                 else np.hypot(*(to_m - from_m).T) <= range_m)  # False for NaN
         if self._params.type == "radio":
             return near, np.ones(len(to_m), bool)
-        return near, walls_between(self._context.obstacles, from_m, to_m) == 0
+        return near, unobstructed(self._context.obstacles, from_m, to_m)

@@ -62,7 +62,7 @@ class Uncontended(Itemized):
     """Radios with the parameters, times and queues of ``DcfRadio``, each with the air to itself: no
     contention, no collisions, no losses. A frame arrives where ``DcfRadio`` would deliver 90 % at
     the received power, and nowhere else. ``open_air``: as if there were neither walls nor
-    shadowing.
+    shadowing nor people.
 
     A packet takes as long as ``DcfRadio``'s in an idle medium (without ``aggregation`` and the
     header of QoS, of which it knows nothing), and the next one of the same sender
@@ -101,7 +101,7 @@ class Uncontended(Itemized):
         self._context = context
         self._params = params = self._params.beside(context.obstacles)
         if self._open_air:
-            params = params.model_copy(update={"walls": None, "shadowing": None})
+            params = params.model_copy(update={"walls": None, "shadowing": None, "people": False})
         budget = params.budget(context, hosts, *self.sensitivity_dbm)
         self.reach_m = self._reach_m(budget.strongest_dbm)
         self._near = [NearbyHosts(replace(budget, heard_dbm=level_dbm, found_dbm=level_dbm),

@@ -9,6 +9,9 @@ from test_radio_budget import as_pairs, budget
 from test_radio_pathloss import room
 
 from desim.testing.medium_bench import Bench
+from netmodels.compatible.obstruction import unobstructed
+from netmodels.lora import CARRIER_HZ, Lora
+from netmodels.lora_modem import SENSITIVITY_DBM
 from netmodels.radio.body_loss import BodyLoss
 from netmodels.radio.dcf.radio import DcfRadio
 from netmodels.radio.uncontended import Uncontended
@@ -123,3 +126,53 @@ def test_a_person_who_steps_in_between_is_noticed(kind, people):
     bench.kernel.run(until_ns=10 ** 10)
     fates = {label: fate == "arrived" for _, label, _, _, fate in bench.log}
     assert fates == {step: step < 5 or not people for step in range(10)}
+
+
+def lora_that_fades(body, *, seconds=3):
+    """Of uplinks, a second apart over 10 m and 4 dB above what is heard, whether each arrives: from
+    the second one on somebody stands at ``body``."""
+    least_dbm = SENSITIVITY_DBM[125][0]
+    params = Lora.Params(gateway="b", duty_cycle=1.0, lifetime="20 s", path_loss={
+        "model": "fixed", "total": f"{14 - least_dbm - 4} dB"})
+    bench = Bench(Lora(params), {"a": (0.0, 0.0), "b": (10.0, 0.0)})
+    bench.medium._place.obstacles = room()
+    for step in range(seconds):
+        bench.send(step * 3 * 10 ** 9, "a", "b", 60, label=step)
+    bench.kernel.run(until_ns=10 ** 9)
+    bench.medium._place.obstacles = with_people(body)
+    bench.kernel.run(until_ns=10 ** 11)
+    return [fate for *_, fate in bench.log]
+
+
+def test_lora_loses_what_the_radio_loses():
+    """At 868 MHz a person by an antenna takes more than 4 dB, one in the middle of 10 m
+    less than that, one beside the line nothing."""
+    near_db, middle_db = (loss_db(CARRIER_HZ, 10.0, (at_m, 0.0), heights_m=(0.5, 0.5))
+                          for at_m in (0.5, 5.0))
+    assert near_db > 4.0 > middle_db > 1.0
+    assert lora_that_fades((0.5, 0.0)) == ["arrived", "out_of_range", "out_of_range"]
+    assert lora_that_fades((5.0, 0.0)) == lora_that_fades((5.0, 3.0)) == ["arrived"] * 3
+
+
+def test_lora_that_sees_nobody_hears_all(monkeypatch):
+    """The twin."""
+    monkeypatch.setattr(BodyLoss, "loss_db", lambda *args: np.zeros(1))
+    assert lora_that_fades((0.5, 0.0)) == ["arrived"] * 3
+
+
+@pytest.mark.parametrize(("body", "seen"), [
+    ((1.0, 0.0), [False, True, True]), ((1.0, 0.24), [False, True, True]),
+    ((1.0, 0.26), [True, True, True]), ((0.0, 1.0), [True, False, True])])
+def test_people_obstruct(body, seen):
+    to_m = np.array([[2.0, 0.0], [0.0, 2.0], [np.nan, np.nan]])
+    assert unobstructed(with_people(body), np.zeros(2), to_m).tolist() == seen
+
+
+def test_with_the_fidelity_of_a_disk_nobody_is_in_the_way():
+    params = DcfRadio.Params(standard="11a", rate="54 Mb/s", path_loss={
+        "model": "fixed", "total": "82 dB"})
+    bench = Bench(Uncontended(params, True), {"a": (0.0, 0.0), "b": (10.0, 0.0)})
+    bench.medium._place.obstacles = with_people((5.0, 0.0))
+    bench.send(0, "a", "b", 1500)
+    bench.kernel.run(until_ns=10 ** 9)
+    assert [fate for *_, fate in bench.log] == ["arrived"]

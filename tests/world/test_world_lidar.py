@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from desim.engine.streams import Streams
 from desim.ports import Snapshot
-from desim.scenario.schema.environment import Door, Environment, MovingObstacle, Shape
+from desim.scenario.schema.environment import Door, Environment, MovingObstacle, People, Shape
 from desim.scenario.schema.fleet import BodyType
 from desim.scenario.schema.robot import Laser
 from desim.world.fleet import RobotSpec
@@ -33,7 +33,7 @@ def plane(environment=None, fleet=((-36.0, 36.0),), laser=None, seed=1):
 def bare(terrain):
     """The terrain alone."""
     return Scene(terrain.lines, np.full(len(terrain.lines), 2.0), len(terrain.lines),
-                 np.zeros((0, 3)), ())
+                 np.zeros((0, 3)), 0, ())
 
 
 def low_wall(laser_m, others_m=0.24):
@@ -56,6 +56,32 @@ def low_wall(laser_m, others_m=0.24):
 def test_a_laser_looks_over_what_is_lower(laser_m, seen_m):
     assert low_wall(laser_m) == pytest.approx(seen_m, abs=EXACT_M)
     assert low_wall(laser_m, others_m=4.0) == pytest.approx(1.24, abs=EXACT_M)
+
+
+def person_ahead(laser_m):
+    """The range ahead of a robot that looks at a person 3 m away, before a moving obstacle at 6 m.
+    """
+    environment = Environment(
+        terrain=Shape(size=("20 m", "20 m")),
+        people=[People(count=1, path=(("3 m", "-5 m"), ("3 m", "5 m")), width="0 m")],
+        moving_obstacles=[MovingObstacle(path=(("6 m", "0 m"), ("6 m", "9 m")), radius="0.3 m")])
+    world = plane(environment, [(0.0, 0.0)], Laser(beams=3, field_of_view="180 deg",
+                                                   height=f"{laser_m} m"))
+    world._crowd.walkers.places[:] = 3.0, 0.0
+    discs = np.concatenate([world._movers.discs, world._crowd.discs])
+    scene = world.snapshot().geometry._replace(discs=discs)
+    return float(world.scan(world.snapshot()._replace(geometry=scene), np.array([0]), 0)[0, 1])
+
+
+@pytest.mark.parametrize(("laser_m", "seen_m"), [(0.2, 2.75), (1.69, 2.75), (1.7, 5.7)])
+def test_a_laser_looks_over_people(laser_m, seen_m):
+    assert person_ahead(laser_m) == pytest.approx(seen_m, abs=EXACT_M)
+
+
+def test_of_people_who_are_too_tall_a_laser_sees_more(monkeypatch):
+    """The twin."""
+    monkeypatch.setattr("desim.world.people.HEIGHT_M", 1.9)
+    assert person_ahead(1.7) == pytest.approx(2.75, abs=EXACT_M)
 
 
 def directions(laser, yaw):
