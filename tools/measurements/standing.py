@@ -3,8 +3,8 @@
     python tools/measurements/standing.py SCENARIO [--set KEY=VALUE ...] [--seed N ...]
 
 Twice a simulated second it reads the state of bodies and of navigation, which changes no run. It
-prints, by stretches of time, the mean speed, the goals set and reached a second, and the share of
-robots that stand, by reason. Then the share of way in convoy: driven within 4 m behind a teammate
+prints, by stretches of time, the mean speed, the goals set and reached a second, the number of places
+that robots drive to (goals within 2 m are one), and the share of robots that stand, by reason. Then the share of way in convoy: driven within 4 m behind a teammate
 that drove the same way.
 """
 
@@ -27,6 +27,7 @@ from desim.simulation.simulation import Simulation
 EVERY_NS = 500_000_000
 STANDS_MPS = 0.05
 CONVOY_M = 4.0
+ONE_PLACE_M = 2.0
 CONVOY_RAD = math.pi / 4.0
 REASONS = ("no goal", "turns", "recovery", "blocked", "yields", "pushes", "other")
 
@@ -63,7 +64,7 @@ class Watch:
         poses, before = self.simulation.world.snapshot().poses, self._places
         moved_m = np.hypot(*(poses[:, :2] - before[:, :2]).T)
         self._follow(poses, moved_m)
-        row = {"speed": float(moved_m.mean()) * 1e9 / EVERY_NS}
+        row = {"speed": float(moved_m.mean()) * 1e9 / EVERY_NS, "places": float(self._goal_places())}
         reasons: Counter[str] = Counter()
         for robot, name in enumerate(self.simulation.world.robots):
             if moved_m[robot] < STANDS_MPS * EVERY_NS / 1e9:
@@ -75,6 +76,15 @@ class Watch:
         self.counts.clear()
         self.rows.append(row)
         self._places = poses.copy()
+
+    def _goal_places(self) -> int:
+        """The number of goals that are not near to one that was counted before."""
+        found: list[tuple[float, float]] = []
+        for base in self.bases.values():
+            at = base._goal and (base._goal.x_m, base._goal.y_m)
+            if at and all(math.dist(at, other) > ONE_PLACE_M for other in found):
+                found.append(at)
+        return len(found)
 
     def _reason(self, name: str, turned_rad: float) -> str:
         base = self.bases.get(name)
@@ -135,7 +145,7 @@ def watched(path: str, overrides: list[str], seed: int) -> dict[str, Any]:
 
 def table(rows: list[dict[str, float]], robots: int) -> None:
     edges = [0, 5, 10, 15, 20, 25, 30, 45, 60, 90, 120, 180, 300, 600, 2000]
-    print(f"{'s':>9} {'m/s':>5} {'goals/s':>7} {'reached':>7} {'stand%':>6}  "
+    print(f"{'s':>9} {'m/s':>5} {'goals/s':>7} {'reached':>7} {'places':>6} {'stand%':>6}  "
           + " ".join(f"{reason:>8}" for reason in REASONS))
     for low, high in zip(edges, edges[1:], strict=False):
         part = rows[2 * low:2 * high]
@@ -145,7 +155,7 @@ def table(rows: list[dict[str, float]], robots: int) -> None:
             return sum(row[key] for row in part) / len(part)
         shares = [100 * mean(reason) / robots for reason in REASONS]
         print(f"{low:>4}-{high:<4} {mean('speed'):5.2f} {2 * mean('goal'):7.1f} "
-              f"{2 * mean('goal_reached'):7.1f} {sum(shares):6.0f}  "
+              f"{2 * mean('goal_reached'):7.1f} {mean('places'):6.1f} {sum(shares):6.0f}  "
               + " ".join(f"{share:8.1f}" for share in shares))
 
 
