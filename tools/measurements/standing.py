@@ -3,9 +3,10 @@
     python tools/measurements/standing.py SCENARIO [--set KEY=VALUE ...] [--seed N ...]
 
 Twice a simulated second it reads the state of bodies and of navigation, which changes no run. It
-prints, by stretches of time, the mean speed, the goals set and reached a second, the number of places
-that robots drive to (goals within 2 m are one), and the share of robots that stand, by reason. Then the share of way in convoy: driven within 4 m behind a teammate
-that drove the same way.
+prints, by stretches of time, the mean speed, the goals set and reached a second, the number of
+places that robots drive to (goals within 2 m are one), and the share of robots that stand, by
+reason. Then the share of way in convoy: driven within 4 m behind a teammate that drove the same
+way.
 """
 
 from __future__ import annotations
@@ -64,7 +65,8 @@ class Watch:
         poses, before = self.simulation.world.snapshot().poses, self._places
         moved_m = np.hypot(*(poses[:, :2] - before[:, :2]).T)
         self._follow(poses, moved_m)
-        row = {"speed": float(moved_m.mean()) * 1e9 / EVERY_NS, "places": float(self._goal_places())}
+        row = {"speed": float(moved_m.mean()) * 1e9 / EVERY_NS,
+               "places": float(self._goal_places())}
         reasons: Counter[str] = Counter()
         for robot, name in enumerate(self.simulation.world.robots):
             if moved_m[robot] < STANDS_MPS * EVERY_NS / 1e9:
