@@ -4,9 +4,12 @@ import numpy as np
 import pytest
 from runs import HELLO, built, finished, outcome_of
 
+from desim.monitor.meters.localization_errors import ClosureErrors
 from desim.monitor.summary import summarize
+from desim.robot.localization.node import LocalizationNode
 from desim.robot.slam.particle_filter import ParticleSlam
 from desim.robot.transforms import compose, motion_between
+from desim.units import NS_PER_S as S
 
 ODOMETRY, WALK = "robot.localization=odometry", "robot.odometry.model=random_walk"
 
@@ -63,3 +66,44 @@ def test_a_run_with_slam_is_the_same_twice_and_goes_on_after_a_restart():
                           "faults=[{at: 8 s, host: robot_1, down_for: 3 s}]").digest
 
     assert outcome() == outcome()
+
+
+def after_a_restart(kind, at_s=20):
+    """Robot 1 stops for five seconds. The scans that its node has drawn just before and two
+    seconds after the restart, its first pose and the odometer's then, and the run's summary."""
+    simulation = built(HELLO, WALK, "robot.localization=pose_graph", "stop.elapsed=60 s",
+                       "stop.by=none",
+                       f"faults=[{{kind: {kind}, at: {at_s} s, host: robot_1, down_for: 5 s}}]")
+    simulation.graph.start()
+
+    def drawn():
+        return list(next(node for node in simulation.graph.host("robot_1").nodes
+                         if isinstance(node, LocalizationNode))._drawn)
+
+    simulation.kernel.run(at_s * S - 1)
+    before = drawn()
+    simulation.kernel.run((at_s + 5) * S)
+    world = simulation.world
+    odometer = world.odometry(world.snapshot(), world.robots.index("robot_1"), 0)
+    simulation.kernel.run((at_s + 7) * S)
+    first = drawn()
+    simulation.kernel.run(60 * S)
+    return before, first, odometer, summarize(simulation.monitor, simulation.kernel.now_ns)
+
+
+@pytest.mark.parametrize("kind", ["stop", "software"])
+def test_a_graph_of_the_team_goes_on_without_a_robot_that_has_started_again(kind):
+    """It loses map and graph, and takes the odometer's word for where it is; teammates keep its
+    former nodes, and go on closing loops on them."""
+    before, first, odometer, summary = after_a_restart(kind)
+    assert len(before) > 20 and 1 <= len(first) < 5
+    assert np.hypot(first[0].x_m - odometer[0], first[0].y_m - odometer[1]) < 0.05
+    assert summary["closures"] > 10 and summary["false_closures"] == 0
+
+
+def test_closures_on_scans_that_were_forgotten_cannot_be_judged(monkeypatch):
+    """The twin: of the robot's former scans none are kept."""
+    monkeypatch.setattr(ClosureErrors, "watch", lambda self, robot, robot_map, now_ns:
+                        self._drawn.__setitem__(robot, []))
+    with pytest.raises(IndexError):
+        after_a_restart("stop")

@@ -79,13 +79,17 @@ class ClosureErrors(Meter):
         self._index, self._names = {name: i for i, name in enumerate(robots)}, names
         self._true_poses = true_poses
         self._drawn: dict[str, list[np.ndarray]] = {name: [] for name in robots}
+        self._first: dict[str, list[np.ndarray]] = {}  # of those that have stopped, what was drawn
         self._about: dict[str, tuple[np.ndarray, np.ndarray]] = {}
         self._closures = self._false = 0
         self.listeners = {"localized": self._draws, "closed": self._closes,
                           "closed_at": self._closed_at}
 
     def watch(self, robot: str, robot_map: RobotMap | None, now_ns: int) -> None:
-        """Scans count from the start of a robot's software."""
+        """Scans count from the start of a robot's software. Teammates have those of its first start
+        alone: after another one it does not know where it is."""
+        if self._drawn[robot]:
+            self._first.setdefault(robot, self._drawn[robot])
         self._drawn[robot] = []
 
     def _draws(self, robot: str, *_: int) -> None:
@@ -94,9 +98,10 @@ class ClosureErrors(Meter):
     def _closes(self, robot: str, source: int, theirs: int, own: int) -> None:
         """Note which scans the next row of a robot is about."""
         mine, now = self._drawn[robot], self._true_poses()[self._index[robot]].copy()
+        name = self._names[source]
+        known = mine if name == robot else self._first.get(name, self._drawn[name])
         # The scan that is being processed is drawn a moment later.
-        self._about[robot] = (self._drawn[self._names[source]][theirs],
-                              mine[own] if own < len(mine) else now)
+        self._about[robot] = known[theirs], mine[own] if own < len(mine) else now
 
     def _closed_at(self, robot: str, x: int, y: int, yaw: int) -> None:
         off = motion_between(*self._about[robot]) - (real(x), real(y), real(yaw))
