@@ -109,12 +109,22 @@ class ItemizedMedium(Medium):
             ledger.forget()
             self._due = 2 * len(ledger.open) + (1 << 10)
         ledger.open[self.frames + 1] = passage
-        itemized = ItemizedCarrier(passage, carrier, self._passages, self._kernel)
+        itemized = ItemizedCarrier(passage, carrier, self._passages, self._kernel,
+                                   self._people_between)
         due_ns = super().transmit(source, receivers, size_bytes, segments, broadcast, itemized,
                                   token, at_once)
         if at_once and due_ns is not None:
             passage.left = 0
         return due_ns
+
+    def _people_between(self, host: int, other: int) -> int:
+        """The number of people on the line between two hosts; 0 under access points."""
+        place, ends = self._place, [host, other]
+        if place.obstacles.people is None or len(self._passages.media[self._number].places) > len(
+                self.hosts):
+            return 0
+        line_m = place.positions(self._kernel.now_ns)[ends].reshape(1, 4)
+        return int(place.obstacles.people_on(line_m, place.antennas.height_m[ends][None])[0])
 
     def lets_pass(self, source: int, receivers: tuple[int, ...], size_bytes: int, segments: int
                   ) -> bool:

@@ -6,7 +6,7 @@ A run without a ledger has none of these objects. With one, ``ItemizedMedium`` p
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Callable, Collection, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from desim.engine.kernel import Kernel
@@ -98,7 +98,8 @@ class Passage:
 
 class FrameLoss(NamedTuple):
     """A frame, or packets of it, that did not come from ``source`` to ``receiver`` (indices): lost
-    at ``host`` of ``medium``, as in ``Stamp``."""
+    at ``host`` of ``medium``, as in ``Stamp``, when ``people`` stood on the line between the two
+    (not counted under access points)."""
 
     time_ns: int
     source: int
@@ -106,6 +107,7 @@ class FrameLoss(NamedTuple):
     reason: str
     medium: int
     host: int
+    people: int = 0
 
 
 class KnownMedium(NamedTuple):
@@ -161,12 +163,13 @@ class ItemizedCarrier(WrappedCarrier[Any]):
     """The carrier of a frame on an ``ItemizedMedium``. It passes each fate on to the frame's own
     ``carrier``; meanwhile ``passages`` has this frame's ``passage`` as arriving or losing."""
 
-    __slots__ = ("passage", "_passages", "_kernel")
+    __slots__ = ("passage", "_passages", "_kernel", "_people")
 
-    def __init__(self, passage: Passage, carrier: AnyCarrier, passages: Passages, kernel: Kernel
-                 ) -> None:
+    def __init__(self, passage: Passage, carrier: AnyCarrier, passages: Passages, kernel: Kernel,
+                 people: Callable[[int, int], int]) -> None:
+        """``people`` counts those who stand between two hosts."""
         self.passage, self._carrier = passage, carrier
-        self._passages, self._kernel = passages, kernel
+        self._passages, self._kernel, self._people = passages, kernel, people
 
     @property
     def ahead(self) -> bool:  # type: ignore[override] # read once, at the settlement
@@ -222,4 +225,4 @@ class ItemizedCarrier(WrappedCarrier[Any]):
         passage = self.passage
         self._passages.losses.append(FrameLoss(
             self._kernel.now_ns, passage.source, receiver, reason, passage.medium,
-            passage.place_of_loss(receiver)))
+            passage.place_of_loss(receiver), self._people(passage.source, receiver)))

@@ -60,6 +60,23 @@ class Obstacles:
         line, segment = self.crossings(pairs).T
         return np.bincount(line, cost[segment], len(pairs))
 
+    def people_on(self, pairs: np.ndarray, heights_m: np.ndarray) -> np.ndarray:
+        """[k] the number of people on the straight lines ``pairs`` [k, 4], which run between
+        ``heights_m`` [k, 2] m; none where a place is NaN."""
+        if self.people is None:
+            return np.zeros(len(pairs), np.int64)
+        x_m, y_m, radius_m, top_m = self.people.T
+        along_x, along_y = (pairs[:, 2:] - pairs[:, :2]).T[:, :, None]
+        to_x, to_y = x_m - pairs[:, :1], y_m - pairs[:, 1:2]
+        with np.errstate(divide="ignore", invalid="ignore"):
+            long_m = np.hypot(along_x, along_y)
+            share = (to_x * along_x + to_y * along_y) / long_m ** 2
+            aside_m = np.abs(to_x * along_y - to_y * along_x) / long_m
+        high_m = heights_m[:, :1] + share * (heights_m[:, 1:] - heights_m[:, :1])
+        on = (share > 0.0) & (share < 1.0) & (aside_m < radius_m) & (high_m < top_m)
+        found: np.ndarray = on.sum(axis=1)
+        return found
+
 
 class Antennas(NamedTuple):
     """The antennas of all hosts: ``height_m`` [hosts] above the ground | ``gain_db`` [hosts], by

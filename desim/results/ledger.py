@@ -36,13 +36,14 @@ SCHEMA = pa.schema([
     ("node", _TEXT), ("called_ns", _INT), ("node_queue_ns", _INT), ("run_queue_ns", _INT),
     ("computing_ns", _INT), ("by_callback", pa.bool_()),
     ("frames_lost", _INT), ("frames_lost_for", _TEXT), ("frames_lost_from_ns", _INT),
-    ("frames_lost_until_ns", _INT), ("frames_lost_at", _TEXT),
+    ("frames_lost_until_ns", _INT), ("frames_lost_at", _TEXT), ("frames_lost_behind_people", _INT),
     ("joining", _TEXT), ("joined", _TEXT), ("joining_from_ns", _INT), ("joined_ns", _INT),
     ("parts", pa.list_(_TEXT)), ("places", pa.list_(_TEXT)), ("times_ns", pa.list_(_INT))])
 
 _FULL = full(SCHEMA, "reason", "place", "latency_ns", "read_ns", "node", "called_ns",
              "node_queue_ns", "run_queue_ns", "computing_ns", "by_callback", "frames_lost",
              "frames_lost_for", "frames_lost_from_ns", "frames_lost_until_ns", "frames_lost_at",
+             "frames_lost_behind_people",
              "joining", "joined", "joining_from_ns", "joined_ns")
 
 

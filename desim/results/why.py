@@ -26,7 +26,7 @@ BEFORE = ("node's queue", "run queue", "computing")
 READ, BUSY = "receiver's queue", "busy receiver"
 _BEFORE = ("node_queue_ns", "run_queue_ns", "computing_ns")  # columns
 _FRAMES_LOST = ("frames_lost", "frames_lost_for", "frames_lost_from_ns", "frames_lost_until_ns",
-                "frames_lost_at")
+                "frames_lost_at", "frames_lost_behind_people")
 _JOINING = ("joining", "joined", "joining_from_ns", "joined_ns")
 _NAMED = 12  # topics in a complaint
 
@@ -57,13 +57,14 @@ class MessagePart(NamedTuple):
 class FramesLost(NamedTuple):
     """Frames between a message's hosts, lost while it was under way: how many for the most frequent
     ``reason``, when the first and the last of them, and at which ``place`` most (None: an older
-    ledger does not say)."""
+    ledger does not say); with people on the line ``behind_people`` of them."""
 
     frames: int
     reason: str
     from_ns: int
     until_ns: int
     place: str | None = None
+    behind_people: int | None = None
 
 
 class AssociationWait(NamedTuple):

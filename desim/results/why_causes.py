@@ -68,17 +68,20 @@ def _cause(message: MessageFate) -> tuple[str, bool]:
     lost, wait = message.frames_lost, message.association
     if wait is not None and 2 * wait.time_ns >= message.latency_ns:
         return f"{wait.host} waited for association with {wait.access_point}", False
+    people = ", people between" if lost is not None and 2 * (
+        lost.behind_people or 0) > lost.frames else ""
     if message.reason is not None:
         if message.reason == "outbox_full" and lost is not None and lost.reason in _CUT:
             return f"full outbox, {_CUT[lost.reason]}", True
-        return f"{_DROPS.get(message.reason, message.reason)}, {message.place}", False
+        of_it = people if lost is not None and lost.reason == message.reason else ""
+        return f"{_DROPS.get(message.reason, message.reason)}, {message.place}{of_it}", False
     greatest = max(message.parts, key=lambda part: part.time_ns, default=None)
     if greatest is None:
         return "no part of its time is known", False
     if lost is not None and (greatest.part == TimePart.RETRANSMISSION or
                              greatest.part == TimePart.SENDER and lost.reason in _CUT):
         place = f", {lost.place}" if lost.reason in _QUEUES and lost.place else ""
-        return _LOSSES.get(lost.reason, f"frames lost ({lost.reason})") + place, True
+        return _LOSSES.get(lost.reason, f"frames lost ({lost.reason})") + place + people, True
     return f"{_PARTS.get(greatest.part, greatest.part)}, {greatest.place}", False
 
 

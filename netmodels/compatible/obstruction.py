@@ -5,9 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from desim import ports
-from netmodels.radio.body_loss import BodyLoss
 
-_ANY_WAVE_M = 1.0  # who takes something of one wave is in the way of all
 
 def walls_between(obstacles: ports.Obstacles, from_m: np.ndarray, to_m: np.ndarray) -> np.ndarray:
     """[n] how many walls are on the straight lines between ``from_m`` [2] and ``to_m`` [n, 2] m;
@@ -24,8 +22,5 @@ def unobstructed(obstacles: ports.Obstacles, from_m: np.ndarray, to_m: np.ndarra
     """[n] bool, whether there is neither a wall nor a person on the straight lines, near the
     ground, between ``from_m`` [2] and ``to_m`` [n, 2] m; true if an end is unknown (NaN)."""
     seen = walls_between(obstacles, from_m, to_m) == 0
-    if obstacles.people is not None:
-        lines = np.hstack([np.broadcast_to(from_m, to_m.shape), to_m])
-        low_m = np.zeros((len(to_m), 2))
-        seen &= BodyLoss(_ANY_WAVE_M).loss_db(obstacles.people, lines, low_m) == 0.0
-    return seen
+    lines = np.hstack([np.broadcast_to(from_m, to_m.shape), to_m])
+    return seen & (obstacles.people_on(lines, np.zeros((len(to_m), 2))) == 0)

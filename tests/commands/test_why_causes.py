@@ -5,11 +5,13 @@ from io import StringIO
 import numpy as np
 import pytest
 from rich.console import Console
+from runs import SCENARIOS
 
 from desim import api
 from desim.commands.views.why import json_object, show
 from desim.middleware.message_ledger import ROW
 from desim.network.passages import FrameLoss
+from desim.ports import Obstacles
 from desim.results.frames_lost import frames_lost
 from desim.results.why import FramesLost, MessageFate, MessagePart, Query, breakdown
 from desim.results.why_causes import grouped
@@ -70,12 +72,12 @@ def test_frames_between_the_hosts_count_from_birth_to_fate_either_way():
     rows["source"], rows["destination"] = (0, 1, 0), (1, 2, 1)
     rows["born_ns"], rows["end_ns"] = (10, 10, 90), (50, 50, 99)
     losses = [FrameLoss(9, 0, 1, "outage", 0, 0), FrameLoss(10, 0, 1, "outage", 0, 0),
-              FrameLoss(20, 0, 1, "random_loss", 0, 0), FrameLoss(50, 1, 0, "outage", 0, 1),
+              FrameLoss(20, 0, 1, "random_loss", 0, 0, 1), FrameLoss(50, 1, 0, "outage", 0, 1, 2),
               FrameLoss(51, 0, 1, "outage", 0, 0), FrameLoss(30, 0, 2, "outage", 0, 0)]
     assert [column.to_pylist() for column in frames_lost(
             rows, losses, lambda medium, host: f"{medium} at {host}")] == [
         [2, None, None], ["outage", None, None], [10, None, None], [50, None, None],
-        ["0 at 0", None, None]]
+        ["0 at 0", None, None], [1, None, None]]
 
 
 OUTAGE = ("network.media={air: {model: switch, rate: 100 Mb/s, rules: [{rule: outage, "
@@ -102,3 +104,35 @@ def test_an_outage_is_named_with_its_time_and_without_it_there_is_none(repositor
     calm, _ = answer(repository, tmp_path, OUTAGE[0].replace("from: 6 s", "from: 19 s").replace(
         "until: 14 s", "until: 19.001 s"), OUTAGE[1])
     assert "outage" not in calm
+
+
+def causes_in_a_crowd(tmp_path, *overrides):
+    """The causes of the latest messages of five robots among forty people who keep their way."""
+    run = api.run(SCENARIOS / "people.yaml", out=tmp_path, overrides=(
+        "deployment=field", "network.media.air={model: radio, preset: indoor}", "stop.elapsed=13 s",
+        "environment.people.0.gives_way=false", "trace.ledger=true",
+        "fleet.start={from: [-16 m, 0 m], step: [8 m, 0 m]}", *overrides))
+    return [group.cause for group in grouped(breakdown(run.ledger, Query()).messages)]
+
+
+def test_people_on_the_line_are_named(tmp_path):
+    assert "no acknowledgement, people between" in causes_in_a_crowd(tmp_path / "with")
+    assert not any(cause.startswith("no acknowledgement") for cause in causes_in_a_crowd(
+        tmp_path / "without", "network.media.air.people=false"))
+
+
+def test_where_people_are_not_counted_they_are_not_named(tmp_path, monkeypatch):
+    """The twin."""
+    monkeypatch.setattr(Obstacles, "people_on", lambda self, pairs, heights_m: np.zeros(len(pairs)))
+    assert "no acknowledgement" in causes_in_a_crowd(tmp_path)
+
+
+@pytest.mark.parametrize("reason, people, cause", [
+    ("retry_limit", 3, "no acknowledgement, people between"),
+    ("retry_limit", 1, "no acknowledgement"),
+    ("random_loss", 2, "frames lost (random_loss), people between")])
+def test_people_are_a_cause_where_most_frames_were_lost_behind_them(reason, people, cause):
+    lost = FramesLost(3, reason, 2 * S, 9 * S, "air at a", people)
+    assert causes(fate(1, "retransmission", lost)) == [(cause, [1], 2 * S, 9 * S)]
+    dropped = fate(1, "retransmission", lost, reason=reason)
+    assert causes(dropped)[0][0].endswith("people between") == (2 * people > 3)

@@ -176,3 +176,12 @@ def test_with_the_fidelity_of_a_disk_nobody_is_in_the_way():
     bench.send(0, "a", "b", 1500)
     bench.kernel.run(until_ns=10 ** 9)
     assert [fate for *_, fate in bench.log] == ["arrived"]
+
+
+@given(st.lists(st.tuples(st.floats(-1.0, 11.0), st.floats(-0.5, 0.5)), min_size=1, max_size=8),
+       st.floats(0.0, 3.0), st.floats(0.0, 3.0))
+def test_obstacles_count_those_who_cost_something(bodies, low_m, high_m):
+    """``desim why`` counts people by the port, the radio's loss by its kernel."""
+    heights_m, line = np.array([[low_m, high_m]]), np.array([[0.0, 0.0, 10.0, 0.0]])
+    cost = sum(loss_db(2.437e9, 10.0, body, heights_m=heights_m[0]) > 0.0 for body in bodies)
+    assert with_people(*bodies).people_on(line, heights_m).tolist() == [cost]

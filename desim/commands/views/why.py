@@ -109,8 +109,9 @@ def _print_meanwhile(message: MessageFate, console: Console) -> None:
     if lost is not None and lost.place is not None:
         at = (f"at {lost.from_ns / 1e9:.6f} s" if lost.from_ns == lost.until_ns else
               f"from {lost.from_ns / 1e9:.6f} s until {lost.until_ns / 1e9:.6f} s")
+        people = f"; {lost.behind_people} with people between" if lost.behind_people else ""
         _print(console, f"frames between the two hosts were lost meanwhile, most for {lost.reason} "
-                        f"{in_words(lost.place)}, {at}")
+                        f"{in_words(lost.place)}, {at}{people}")
 
 
 def in_words(place: str) -> str:
