@@ -22,23 +22,25 @@ WEAK = 0.03
 # Errors of ties that neither matching nor odometry account for (m, m, rad): of the map's cells.
 _LOOSE_STEP = np.diag((0.004, 0.004, 0.0005)) ** 2
 _LOOSE_CLOSURE = np.diag((0.03, 0.03, 0.002)) ** 2
-_NEAR_M, _ALIKE_RAD = 5.0, 1.0  # nodes whose scans may show the same walls
+NEAR_M, _ALIKE_RAD = 5.0, 1.0  # nodes whose scans may show the same walls
 _APART = 40  # nodes of one path between two that may close a loop
 _BESIDE = 6  # nodes on each side whose scans make a submap
-_DRIFT_M = 0.5  # of places before a tie holds them
+DRIFT_M = 0.5  # of places before a tie holds them, at least
 _GATE_M = 1.0  # between a sighting and the teammate that it is of, at most,
 _CLEAR = 2.0  # and another teammate is so many times as far
 
 
 class Closure(NamedTuple):
     """A scan of one's own node ``own`` was found to lie at ``motion`` [3] as seen from node
-    ``theirs`` of ``source``, with this ``information`` [3, 3]."""
+    ``theirs`` of ``source``, with this ``information`` [3, 3]. Without it that place was known to
+    ``drift_m``, a standard deviation."""
 
     own: int
     source: str
     theirs: int
     motion: np.ndarray
     information: np.ndarray
+    drift_m: float = DRIFT_M
 
 
 class Seen(NamedTuple):
@@ -97,14 +99,14 @@ class FleetGraph:
         """Tie a node of ``name`` to another one whose walls its scan fits."""
         self.graph.tie(self.tracks[closure.source].nodes[closure.theirs],
                        self.tracks[name].nodes[closure.own], closure.motion,
-                       loosened(closure.information, _LOOSE_CLOSURE), drift_m=_DRIFT_M)
+                       loosened(closure.information, _LOOSE_CLOSURE), drift_m=closure.drift_m)
 
     def meet(self, name: str, meeting: Encounter) -> None:
         """Tie a node of ``name`` to that of a teammate that it has seen."""
         sighting, track = meeting.sighting, self.tracks[meeting.source]
         before, after = track.nodes[meeting.theirs:meeting.theirs + 2]
         self.graph.tie(self.tracks[name].nodes[meeting.own], before,
-                       np.array((sighting.x_m, sighting.y_m, 0.0)), sighting.information, _DRIFT_M,
+                       np.array((sighting.x_m, sighting.y_m, 0.0)), sighting.information, DRIFT_M,
                        (after, meeting.share))
 
     def path(self, name: str) -> np.ndarray:
@@ -115,9 +117,15 @@ class FleetGraph:
         """Whether node ``node`` of ``name`` has come."""
         return name in self.tracks and node < len(self.tracks[name].nodes)
 
-    def candidate(self, name: str, own: int, source: str) -> int | None:
-        """The nearest node of ``source`` that looks where node ``own`` of ``name`` does, and whose
-        scan is known; a loop of one path needs some length."""
+    def way_m(self, name: str, own: int, source: str, theirs: int) -> float:
+        """The length of the shortest way by ties from node ``theirs`` of ``source`` to node ``own``
+        of ``name``: errors of motions that lead elsewhere do not matter (Olson 2009, Robotics and
+        Autonomous Systems 57: Dijkstra projection)."""
+        return self.graph.way_m(self.tracks[source].nodes[theirs], self.tracks[name].nodes[own])
+
+    def candidate(self, name: str, own: int, source: str, within_m: float) -> int | None:
+        """The nearest node of ``source``, up to ``within_m`` away, that looks where node ``own`` of
+        ``name`` does, and whose scan is known; a loop of one path needs some length."""
         track, pose = self.tracks[source], self.path(name)[own]
         poses = self.path(source)[:max(own - _APART, 0) if source == name else None]
         if not len(poses):
@@ -125,7 +133,7 @@ class FleetGraph:
         away = np.hypot(poses[:, 0] - pose[0], poses[:, 1] - pose[1])
         away[np.abs(wrapped(poses[:, 2] - pose[2])) > _ALIKE_RAD] = math.inf
         best = int(away.argmin())
-        return best if away[best] <= _NEAR_M and track.scans[best] is not None else None
+        return best if away[best] <= within_m and track.scans[best] is not None else None
 
     def submap(self, source: str, node: int) -> tuple[np.ndarray, list[np.ndarray]]:
         """The poses [n, 3] of nodes around ``node`` of ``source``, as seen from it, and their

@@ -76,6 +76,16 @@ class PoseGraph:
         after, share = way or (j, 0.0)
         self._ties.add(np.concatenate(((i, j, after, share), motion, root.ravel(), (drift_m,))))
 
+    def way_m(self, i: int, j: int) -> float:
+        """The length of the shortest way from node ``i`` to ``j`` by ties."""
+        from scipy.sparse import csr_array  # as in ``_solved``
+        from scipy.sparse.csgraph import dijkstra
+        ties = self._ties.rows
+        lengths = csr_array((np.hypot(ties[:, 4], ties[:, 5]) + _STILL_M,
+                             (ties[:, 0].astype(np.int32), ties[:, 1].astype(np.int32))),
+                            shape=(len(self.poses), len(self.poses)))
+        return float(dijkstra(lengths, directed=False, indices=i)[j])
+
     def residuals(self) -> np.ndarray:
         """[ties] chi squared of each tie at the present poses."""
         return (self._whitened(np.s_[:])[0] ** 2).sum(axis=1)

@@ -90,7 +90,7 @@ class GraphSlam(ScanMatching):
             self._seen += [Seen(own, one) for one in sightings(ranges, context.laser,
                                                                context.bodies_m)]
         for closure in self._closures.found(name, own, ranges):
-            context.closed(closure.source, closure.theirs, own, closure.motion)
+            context.closed(closure.source, closure.theirs, closure.own, closure.motion)
             self._exchange.tie(context, closure)
         return Pose2D(*self._fleet.path(name)[-1].tolist())
 
