@@ -11,6 +11,7 @@ from desim.errors import InputError
 from desim.monitor.summary import summarize
 from desim.ports.delivery import Carries
 from desim.robot.coordination.orders.porter import Porter
+from desim.robot.coordination.traffic.wishes import WishTraffic
 
 DELIVERY = SCENARIOS / "delivery_small.yaml"
 ORDERS = ("task.every=null", "task.orders=[[1 s, shelf_1, dock_1], [2 s, shelf_2, dock_2], "
@@ -19,6 +20,7 @@ KINDS = {"hungarian": ("coordination={strategy: dispatcher}",),
          "insertion": ("coordination={strategy: dispatcher, assignment: insertion}",
                        "hosts.base.strategy={strategy: dispatcher, assignment: insertion}"),
          "auction": ("coordination={strategy: auction}", "hosts.base.strategy=auction")}
+GUIDED = ("coordination.strategy=guided_dispatcher", "hosts.base.strategy=guided_dispatcher")
 each = pytest.mark.parametrize("kind", KINDS)
 CUT = "network.media.air.rules=[{rule: loss, probability: 1, from: 15 s, until: 80 s}]"
 
@@ -130,3 +132,27 @@ def test_a_station_in_a_wall_is_named_with_its_line(tmp_path):
         run(path, out=tmp_path)
     assert str(caught.value) == (f"{path}:5:18: task.stations.dock_1.at: 15 m, 6 m is inside a "
                                  "wall")
+
+
+@pytest.mark.parametrize("planner", ["pibt", "prioritized"])
+def test_robots_that_drive_over_granted_cells_do_all_orders(planner):
+    own = f"{{strategy: guided_dispatcher, planner: {planner}}}"
+    outcome, summary, rows, simulation = played(f"coordination={own}", f"hosts.base.strategy={own}")
+    assert outcome.stop_reason == "delivered" and summary["collisions"] == 0
+    assert rows.counts(simulation, "order_done") == dict.fromkeys(range(5), 1)
+
+
+@pytest.mark.parametrize("trouble", [
+    CUT, "faults=[{at: 15 s, host: base, down_for: 20 s}]",
+    "faults=[{at: 15 s, host: robot_0, down_for: 20 s}]"])
+def test_guided_robots_stand_while_nobody_is_heard_and_go_on(trouble):
+    outcome, summary, rows, simulation = played(*GUIDED, trouble)
+    assert outcome.stop_reason == "delivered" and summary["collisions"] == 0
+    assert rows.counts(simulation, "order_done") == dict.fromkeys(range(5), 1)
+
+
+def test_robots_that_do_not_say_what_they_want_stand(monkeypatch):
+    """The twin."""
+    monkeypatch.setattr(WishTraffic, "says", lambda self, robot, anew: {"wish": None})
+    outcome, summary, *_ = played(*GUIDED, "stop.elapsed=150 s")
+    assert outcome.stop_reason == "elapsed" and summary["orders_done"] == 0

@@ -29,7 +29,8 @@ EXPLORING = [
     "market", "minpos", "nearest_frontier", "next_best_view", "random_frontier", "rendezvous",
     "role_based", "voronoi"]
 LED = ["follow"]  # its robots move as a file says: test_follow.py
-CARRYING = ["auction", "dispatcher"]  # without a network nobody has an order: test_deliveries.py
+# Without a network nobody has an order: test_deliveries.py.
+CARRYING = ["auction", "dispatcher", "guided_dispatcher"]
 GRANTED = ["pibt", "prioritized"]  # without one all stand: test_traffic_control.py
 ON_MISSIONS = [  # test_whole_missions.py, test_mission_strategies.py
     "evade", "leader_follower", "pursue", "search_and_report", "spanning_tree_coverage"]

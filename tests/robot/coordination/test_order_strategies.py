@@ -19,6 +19,7 @@ from desim.ports.delivery import (
 from desim.robot.coordination.orders.desk import OrderDesk, OrderDeskParams, Report
 from desim.robot.coordination.strategies.auction import Auction
 from desim.robot.coordination.strategies.dispatcher import Dispatcher
+from desim.robot.coordination.strategies.guided_dispatcher import GuidedDispatcher
 from desim.testing import check_strategy
 from desim.units import NS_PER_S as S
 
@@ -75,6 +76,8 @@ each = pytest.mark.parametrize("kind", KINDS)
 
 @pytest.mark.parametrize("cls, params", [(Auction, {}), (Dispatcher, {}),
                                          (Dispatcher, {"assignment": "insertion"}),
+                                         (GuidedDispatcher, {"cell": "10 m"}),
+                                         (GuidedDispatcher, {"planner": "prioritized"}),
                                          (Auction, {"failsafe_after": "0 s"})])
 def test_they_keep_their_contract(cls, params):
     check_strategy(cls, **params)

@@ -4,11 +4,11 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from collections.abc import Collection, Mapping
 
 from pydantic import Field
 
 from desim import ports
-from desim.ports.tasks import Journeys
 from desim.robot.coordination.traffic.cells import Cell, CellGraph, cells_of
 from desim.robot.coordination.traffic.planners import TrafficPlanner
 from desim.robot.coordination.traffic.schedule import CellVisit, Schedule
@@ -38,29 +38,45 @@ class TrafficControl(ABC):
     where they were let go, and for which goal, and plans on from there.
     """
 
-    traits = ports.StrategyTraits(needs=Journeys, needs_coordinator=True)
-
     def __init__(self, params: TrafficParams) -> None:
         self._cell_m, self._ahead = params.cell_m, params.ahead
         self._graph: CellGraph | None = None
         self._stands: ports.Place | None = None  # on a robot: where it was granted and has come to
         self._schedule = Schedule()  # at the host
-        # The number of goals that robots have reached, at the host: by the end of what is planned.
-        self._reached: dict[str, int] = {}
 
     @abstractmethod
     def planner(self, host: ports.StrategyContext) -> TrafficPlanner:
         """The one that plans on ``host``."""
 
+    @abstractmethod
+    def robots(self, host: ports.StrategyContext) -> Collection[str]:
+        """The names of the robots that it plans for."""
+
+    def hosts(self, robot: ports.StrategyContext) -> list[str] | None:
+        """The names of those that may plan, None: of any in the team."""
+        return None
+
+    @abstractmethod
+    def goal(self, host: ports.StrategyContext, name: str, place: ports.Place | None = None
+             ) -> ports.Place | None:
+        """The goal of a robot that is at ``place`` (None: on its way), None if it wants nothing."""
+
+    @abstractmethod
+    def says(self, robot: ports.StrategyContext, anew: bool) -> dict[str, object]:
+        """The content of a robot's report beside its place; ``anew``: to a host that asked."""
+
+    @abstractmethod
+    def learn(self, name: str, content: Mapping[str, object]) -> None:
+        """Take in, at the host, what a robot said."""
+
     def on_start(self, host: ports.StrategyContext) -> None:
         if host.has_body:
             host.advertise("stands")
-            hosts = [name for name in host.team if name not in host.task.goals]
-            host.subscribe(f"grants/{host.name}", self._on_grant, sources=hosts)
+            host.subscribe(f"grants/{host.name}", self._on_grant, sources=self.hosts(host))
             host.every(_PERIOD_NS, self._report)
         else:
             self._planner = self.planner(host)
-            for name in host.task.goals:
+            for name in self.robots(host):
                 host.advertise(f"grants/{name}")
             host.subscribe("stands", self._on_stands)
             host.every(_PERIOD_NS, self._repeat)
@@ -74,7 +90,7 @@ class TrafficControl(ABC):
     def on_goal(self, robot: ports.StrategyContext, place: ports.Place, end: ports.GoalEnd) -> None:
         if end is ports.GoalEnd.REACHED:
             self._stands = place
-            self._goal(robot, robot.name, place)
+            self.goal(robot, robot.name, place)
             self._report(robot)
 
     def _report(self, robot: ports.StrategyContext) -> None:
@@ -83,13 +99,13 @@ class TrafficControl(ABC):
         if self._stands is None and robot.goal is None:  # at its start
             robot.publish("stands", {"start": [round(value, 2) for value in robot.pose[:2]]})
         elif self._stands is not None:
-            robot.publish("stands", {"at": list(self._stands)})
+            robot.publish("stands", {"at": list(self._stands), **self.says(robot, False)})
 
     def _on_grant(self, robot: ports.StrategyContext, grant: ports.StrategyMessage) -> None:
         to = grant.content["to"]
         if to is None and self._stands is not None:  # the host does not know
             robot.publish("stands", {"at": self._stands, "to": robot.goal or self._stands,
-                                     "reached": self._reached[robot.name]})
+                                     **self.says(robot, True)})
         elif (to is not None and robot.pose is not None
               and ports.Place(*to) not in (self._stands, robot.goal)):
             robot.go(ports.Place(*to))
@@ -99,15 +115,15 @@ class TrafficControl(ABC):
     def _on_stands(self, host: ports.StrategyContext, message: ports.StrategyMessage) -> None:
         name, content = message.source, message.content
         graph = self._cells(host)
-        if graph is None or name not in host.task.goals:
+        if graph is None or name not in self.robots(host):
             return
+        self.learn(name, content)
         granted = self._schedule.granted
         if name in granted:
             if "at" in content and self._schedule.arrive(name, ports.Place(*content["at"])):
                 self._go_on(host, graph)
         elif "to" in content:
             at, to = (ports.Place(*content[key]) for key in ("at", "to"))
-            self._reached[name] = content["reached"]
             self._schedule.resume(name, CellVisit(graph.nearest(at), at),
                                   CellVisit(graph.nearest(to), to))
         elif "at" in content:
@@ -125,7 +141,7 @@ class TrafficControl(ABC):
 
     def _go_on(self, host: ports.StrategyContext, graph: CellGraph) -> None:
         """Plan steps as far ahead as is allowed, and grant the cells that are free."""
-        names = host.task.goals
+        names = self.robots(host)
         if len(self._schedule.granted) == len(names):
             while (max(map(self._schedule.steps_ahead, names)) < self._ahead
                    and self._plan_step(host, graph)):
@@ -137,28 +153,24 @@ class TrafficControl(ABC):
         """Plan one step of all robots. Whether any of them moves by it."""
         ends = self._schedule.ends()
         at = {name: visit.cell for name, visit in ends.items()}
-        goals = {name: graph.nearest(self._goal(host, name, visit.place))
-                 for name, visit in ends.items()}
+        places = {name: self.goal(host, name, visit.place) for name, visit in ends.items()}
+        goals = {name: at[name] if place is None else graph.nearest(place)
+                 for name, place in places.items()}
         moves = False
         for name, cell in self._planner.step(graph, at, goals).items():
-            visit = self._visit(host, graph, name, cell)
+            stays = cell == at[name] and places[name] is None
+            visit = ends[name] if stays else self._visit(host, graph, name, cell)
             if visit != ends[name]:
                 self._schedule.plan(name, visit)
                 moves = True
         return moves
 
-    def _goal(self, host: ports.StrategyContext, name: str, place: ports.Place) -> ports.Place:
-        """The goal of a robot that is at ``place``: the last one if it was at all."""
-        goals, reached = host.task.goals[name], self._reached.setdefault(name, 0)
-        if place == goals[reached] and reached + 1 < len(goals):
-            self._reached[name] = reached = reached + 1
-        return goals[reached]
-
     def _visit(self, host: ports.StrategyContext, graph: CellGraph, name: str, cell: Cell
                ) -> CellVisit:
         """A visit of the cell's centre, or of the goal that lies there."""
-        goal = host.task.goals[name][self._reached.get(name, 0)]
-        return CellVisit(cell, goal if graph.nearest(goal) == cell else graph.centre(cell))
+        goal = self.goal(host, name)
+        is_there = goal is not None and graph.nearest(goal) == cell
+        return CellVisit(cell, goal if goal is not None and is_there else graph.centre(cell))
 
     def _announce(self, host: ports.StrategyContext, name: str) -> None:
         host.publish(f"grants/{name}", {"to": list(self._schedule.granted[name].place)})
