@@ -126,6 +126,29 @@ def test_one_robot_covers_all_cells():
     assert cells(team) == 100 and team.strategies["one"]._covered.all()
 
 
+def way_of_one():
+    """The length of the way that one robot drives, and how many cells it is at twice."""
+    team = sweepers(one=(-40.0, -40.0))
+    been = [tuple(team.benches["one"].pose[:2]), *covered_by(team)["one"]]
+    way_m = sum(math.dist(a, b) for a, b in zip(been, been[1:], strict=False))
+    return way_m, len(been) - len(set(been))
+
+
+def test_a_way_around_the_tree_is_as_long_as_it_has_cells():
+    """Gabriely and Rimon 2001: each cell once, so n cells of width D in (n - 1) D, here with 5 m
+    on the way to the first centre more or less."""
+    way_m, twice = way_of_one()
+    assert way_m == pytest.approx((100 - 1) * 10.0, abs=10.0) and twice <= 1
+
+
+def test_a_way_from_row_to_row_is_longer(monkeypatch):
+    """The twin: rows all from left to right."""
+    monkeypatch.setattr(
+        "desim.robot.coordination.sweep_tour.closed_tour",
+        lambda blocks: [(row, column) for row in range(10) for column in range(10)])
+    assert way_of_one()[0] > 1.5 * 990
+
+
 def test_two_share_the_ground():
     alone = len(covered_by(sweepers(one=(-40.0, -40.0)))["one"])
     been = covered_by(sweepers())

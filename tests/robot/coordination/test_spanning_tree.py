@@ -8,7 +8,7 @@ from scipy import ndimage
 
 from desim.robot.coordination import spanning_tree
 from desim.robot.coordination.spanning_tree import closed_tour
-from desim.robot.coordination.strategies.spanning_tree_coverage import cyclic_runs, with_detours
+from desim.robot.coordination.sweep_tour import cyclic_runs, with_detours
 
 BLOCKS = arrays.arrays(bool, st.tuples(st.integers(1, 7), st.integers(1, 7)))
 

@@ -4,13 +4,12 @@ import numpy as np
 
 from desim import ports
 from desim.ports.tasks import SweepingTool
-from desim.robot.coordination.spanning_tree import closed_tour
+from desim.robot.coordination.sweep_tour import cyclic_runs, straight_on, sweep_tour
 from desim.units import NS_PER_S
 
 _PERIOD_NS = NS_PER_S  # of reports (as the team's state)
 _SILENT_NS = 15 * _PERIOD_NS  # without a report, a robot's part is anybody's
 _ON_LINE = 0.4  # of the width, so near to a cell's centre a robot covers it
-_FREE = 252  # the largest cost where a robot's centre can be (costmap_2d)
 
 
 class SpanningTreeCoverage:
@@ -62,7 +61,9 @@ class SpanningTreeCoverage:
             self._next = self._longest_left(robot)
         near_m = _ON_LINE * robot.task.width_m
         is_there = np.hypot(*np.subtract(self._tour[self._next], robot.pose[:2])) <= near_m
-        self._way = self._straight_on(self._next) if is_there else [self._next]
+        theirs = {cell for cell, _ in self._others.values()}
+        self._way = straight_on(self._next, self._tour, self._wide & ~self._covered, theirs) \
+            if is_there else [self._next]
         return self._tour[self._way[-1]]
 
     def _cover(self, count: int) -> None:
@@ -81,41 +82,10 @@ class SpanningTreeCoverage:
 
     def _plan(self, robot: ports.StrategyContext) -> bool:
         """Plan the tour, once the map is there."""
-        width_m, grid = robot.task.width_m, robot.grid
-        costs = robot.costmap()
-        rows, columns = (max(2, int(cells * grid.resolution_m / width_m) // 2 * 2)
-                         for cells in (grid.height, grid.width))
-        x_m, y_m = (origin_m + (np.arange(count) + 0.5) * width_m
-                    for origin_m, count in ((grid.x_m, columns), (grid.y_m, rows)))
-        at = (((y_m - grid.y_m) / grid.resolution_m).astype(int)[:, None].clip(0, grid.height - 1),
-              ((x_m - grid.x_m) / grid.resolution_m).astype(int)[None].clip(0, grid.width - 1))
-        cells = costs[at] <= _FREE
-        places = [(float(x_m[column]), float(y_m[row])) for row, column in np.argwhere(cells)]
-        cells[cells] = np.isfinite(robot.path_lengths_m(places))
-        blocks = cells.reshape(rows // 2, 2, columns // 2, 2).all(axis=(1, 3))
-        order = closed_tour(blocks)
-        if not order:
-            order = [(row, column) for row, column in np.argwhere(cells).tolist()]
-        order = with_detours(order, cells)
-        self._tour = [ports.Place(float(x_m[column]), float(y_m[row])) for row, column in order]
-        self._wide = np.array([costs[at][cell] == 0 for cell in order], bool)
+        self._tour, self._wide = sweep_tour(robot)
         self._covered = np.zeros(len(self._tour), bool)
         self._add(self._early)
         return bool(self._tour)
-
-    def _straight_on(self, first: int) -> list[int]:
-        """The cells from ``first`` on that are on one straight line, not covered, before those of
-        others, and so far from walls that the planner drives straight."""
-        way, tour = [first], np.array(self._tour)
-        theirs = {cell for cell, _ in self._others.values()}
-        while True:
-            on = (way[-1] + 1) % len(tour)
-            step = tour[on] - tour[way[-1]]
-            before = tour[way[1]] - tour[way[0]] if len(way) > 1 else step
-            if self._covered[on] or on in theirs or on in way or not self._wide[on] \
-                    or np.abs(step - before).max() > 1e-6:
-                return way
-            way.append(on)
 
     def _longest_left(self, robot: ports.StrategyContext) -> int:
         """The cell from which on to cover the longest part that is left."""
@@ -149,25 +119,3 @@ class SpanningTreeCoverage:
             return
         for begin, length in runs:
             self._covered[(begin + np.arange(length)) % len(self._tour)] = True
-
-
-def with_detours(order: list[tuple[int, int]], cells: np.ndarray) -> list[tuple[int, int]]:
-    """The tour with all other ``cells``, bool [rows, columns], each behind the cell of ``order``
-    that is nearest to it, the nearest first."""
-    on_tour, at = set(order), np.array(order)
-    detours: dict[int, list[tuple[float, tuple[int, int]]]] = {}
-    for row, column in np.argwhere(cells).tolist():
-        if (row, column) not in on_tour:
-            away = np.hypot(*(at - (row, column)).T)
-            detours.setdefault(int(away.argmin()), []).append((float(away.min()), (row, column)))
-    return [cell for i, own in enumerate(order)
-            for cell in (own, *(other for _, other in sorted(detours.get(i, ()))))]
-
-
-def cyclic_runs(flags: np.ndarray) -> list[tuple[int, int]]:
-    """Begin and length of each run of true ``flags`` [n], where the last is before the first."""
-    if flags.all():
-        return [(0, len(flags))] if len(flags) else []
-    begins = np.flatnonzero(flags & ~np.roll(flags, 1))
-    ends = np.flatnonzero(flags & ~np.roll(flags, -1))
-    return [(int(begin), int(min((ends - begin) % len(flags))) + 1) for begin in begins]
