@@ -99,6 +99,10 @@ class LocalizationContext(Protocol):
     def team(self) -> tuple[str, ...]:
         """The names of the robots that it can tell something, and that share its map's frame."""
 
+    @property
+    def strangers(self) -> tuple[str, ...]:
+        """The names of those that it can tell something, and whose frames it does not know."""
+
     def stream(self, *name: str | int) -> np.random.Generator:
         """Random numbers by name, this robot's own."""
 
@@ -125,6 +129,10 @@ class LocalizationContext(Protocol):
         """Report a loop closure: scan ``own`` of those that were drawn lies at ``motion`` [3] (x m,
         y m, yaw rad) as seen from scan ``theirs`` of ``source``. Only the monitor reads it, to
         compare it with the truth."""
+
+    def place(self, source: str, frame: Pose2D) -> None:
+        """Say where the frame of stranger ``source`` lies: the pose of its first scan in this map.
+        Map sharing asks for it (``SharingContext.frame_of``)."""
 
     def every(self, period_ns: int, callback: Callable[[LocalizationContext], object]) -> None:
         """Call ``callback(context)`` every ``period_ns``, at least 1 ms, for the first time after a

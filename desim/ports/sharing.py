@@ -142,6 +142,9 @@ class SharingContext(Protocol):
         """Unknown cells that a whole map in a message has beside those of ``grid``
         (``robot.mapping.published_size``)."""
 
+    def frame_of(self, source: str) -> Pose2D | None:
+        """The frame of ``source``, as ``place`` takes it, if localization has found it."""
+
     def own(self) -> Evidence:
         """The robot's own evidence as it is now: the same object until it changes."""
 

@@ -62,7 +62,7 @@ def robot_software(host: Host, scenario: Scenario, robot: Equipment, choice: Str
     map_sharing = MapSharing(host, sharing, robot_map, peers, team, own_map)
     nodes: list[Node] = [
         *_localization(host, robot, own_map, start, _bodies_m(scenario, peers),
-                       peers if team.common_frame else ()),
+                       *((peers, ()) if team.common_frame else ((), peers))),
         map_sharing,
         _move_base(host, robot, body, queries.costmap, team,
                    0.5 * _bodies_m(scenario, peers) or body.radius_m),
@@ -111,7 +111,8 @@ def remote_slam(host: Host, scenario: Scenario, name: str, robot: Equipment, rob
 
 
 def _localization(host: Host, robot: Equipment, robot_map: RobotMap, start: Pose2D | None,
-                  bodies_m: float, team: tuple[str, ...]) -> list[Node]:
+                  bodies_m: float, team: tuple[str, ...], strangers: tuple[str, ...]
+                  ) -> list[Node]:
     """The nodes that make poses and the robot's own map of the readings of sensors, or take both
     from the host that does."""
     if robot.localization.host not in (None, host.name):
@@ -123,7 +124,7 @@ def _localization(host: Host, robot: Equipment, robot_map: RobotMap, start: Pose
     else:
         ideal = host.computer is None
         node = (LocalizationNode if ideal else CorrectionNode)(
-            host, localization, robot, robot_map, start, bodies_m, team)
+            host, localization, robot, robot_map, start, bodies_m, team, strangers)
         nodes = [node] if ideal else [node, PosePublisher(host)]
         if node.draws_map:
             return nodes

@@ -38,15 +38,18 @@ class BenchScan(NamedTuple):
 
 
 class LocalizationBench:
-    """A robot with ``localization``, which starts at ``now_ns``, at ``start`` if that is known. The
-    clock goes on with each reading."""
+    """A robot with ``localization``, which starts at ``now_ns``, at ``start`` if that is known;
+    then ``robot_2`` shares its frame, if it is no stranger. The clock goes on with each reading."""
 
-    def __init__(self, localization: Localization, start: Pose2D | None, now_ns: int = 0) -> None:
+    def __init__(self, localization: Localization, start: Pose2D | None, now_ns: int = 0,
+                 strangers: tuple[str, ...] = ()) -> None:
         self.name, self.start, self.now_ns = "robot_1", start, now_ns
         self.laser, self.odometry_errors = LASER, DRIFT
         self.map = MapSettings(0.1, 0.5, 0.5, 10.0)
         self.bodies_m = 0.0
-        self.team = ("robot_2",) if start is not None else ()
+        self.strangers = strangers
+        self.team = ("robot_2",) if start is not None and not strangers else ()
+        self.places: list[tuple[str, Pose2D]] = []  # of strangers' frames
         self.published: list[Sized] = []
         self.closures: list[tuple[str, int, int, np.ndarray]] = []
         self.poses: list[Pose2D] = []  # that it returned
@@ -89,6 +92,11 @@ class LocalizationBench:
         self._need(source in (self.name, *self.team) and 0 <= own <= len(self.drawn),
                    f"report closures of its own scans, not of {source!r} and {own}")
         self.closures.append((source, theirs, own, motion))
+
+    def place(self, source: str, frame: Pose2D) -> None:
+        self._need(source in self.strangers and is_pose(frame),
+                   f"place strangers, by a Pose2D, not {source!r} by {frame!r}")
+        self.places.append((source, frame))
 
     def every(self, period_ns: int, callback: Callback) -> None:
         self._need(type(period_ns) is int and period_ns >= 1_000_000,

@@ -45,7 +45,8 @@ def check_localization(cls: PluginClass[Localization], **params: object) -> None
     more than 0.1 m and 0.03 rad. Then all beams read the longest range, scans come late and twice,
     nothing is read for a while, and the odometry jumps; a restart follows, where no start is known.
     Poses must be finite and the same once more. All readings are made beforehand: nothing that the
-    plug-in could reach has the truth."""
+    plug-in could reach has the truth. A robot among strangers that say nothing, as where the
+    network is cut, must be as good, and place none of them."""
     check_form("localization", cls, params)
     true = _way()
     odometry = _odometry(true)
@@ -55,11 +56,15 @@ def check_localization(cls: PluginClass[Localization], **params: object) -> None
     need(played[0][0] == played[1][0], cls, "come to the same poses of the same readings: keep "
                                             "state in self, and iterate over no set")
     steps = len(true)
-    found_m, found_rad = _errors(np.array(played[0][1][-steps:]), true)
+    alone = LocalizationBench(made(cls, params), fine[0].odometry, strangers=("robot_2",))
+    _read(alone, fine, 0)
+    need(not alone.places, cls, "place a stranger by what it has said, and not before")
     own_m, own_rad = _errors(odometry, true)
-    need(found_m <= own_m + _SLACK_M and found_rad <= own_rad + _SLACK_RAD, cls,
-         f"be about as good as the odometry in a room: {found_m:.2f} m and {found_rad:.2f} rad "
-         f"off on average, the odometry {own_m:.2f} m and {own_rad:.2f} rad")
+    for poses, where in ((played[0][1], "in a room"), (alone.poses, "among silent strangers")):
+        found_m, found_rad = _errors(np.array(poses[-steps:]), true)
+        need(found_m <= own_m + _SLACK_M and found_rad <= own_rad + _SLACK_RAD, cls,
+             f"be about as good as the odometry {where}: {found_m:.2f} m and {found_rad:.2f} rad "
+             f"off on average, the odometry {own_m:.2f} m and {own_rad:.2f} rad")
 
 
 def _way() -> np.ndarray:

@@ -71,3 +71,23 @@ def test_no_message_has_the_place_where_a_robot_started():
 def test_a_strategy_that_speaks_of_places_is_refused(strategy, complaint):
     with pytest.raises(InputError, match=complaint):
         fleet(f"coordination.strategy={strategy}").run()
+
+
+def found_by_graphs(*overrides):
+    """Maps alone merge nothing here; the graphs may."""
+    return fleet("coordination.exchange.walls=1000 m", "robot.localization.model=pose_graph",
+                 "robot.odometry.model=random_walk", "fleet.size=4", *overrides)
+
+
+def test_pose_graphs_find_where_strangers_are():
+    found = summary_of(found_by_graphs("stop.elapsed=60 s"))
+    assert found["merges"] >= 4 and found["false_merges"] == 0
+    assert found["merge_error_m"] < 0.2 and found["merge_error_rad"] < 0.01
+
+
+def test_where_the_network_is_cut_each_goes_on_alone():
+    found = summary_of(found_by_graphs(
+        "deployment=field", "stop.elapsed=30 s",
+        "network.media.lan.rules=[{rule: loss, probability: 1}]"))
+    assert found["merges"] == 0 and found["collisions"] == 0
+    assert found["exploration_cost_m"] > 60.0  # four robots, measured: 77

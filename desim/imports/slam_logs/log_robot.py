@@ -54,6 +54,7 @@ class LogRobot:
         self.name, self.now_ns, self.bodies_m = "robot", 0, 0.0
         self.start: Pose2D | None = None
         self.team: tuple[str, ...] = ()
+        self.strangers: tuple[str, ...] = ()
         self.odometry_errors: OdometryErrors | None = None
         self.laser = laser
         self.map = MapSettings(settings.resolution_m, settings.linear_update_m,
@@ -131,6 +132,9 @@ class LogRobot:
 
     def closed(self, source: str, theirs: int, own: int, motion: np.ndarray) -> None:
         """Do nothing: the relations of a log are about the whole path."""
+
+    def place(self, source: str, frame: Pose2D) -> None:
+        """Do nothing: nobody is a stranger."""
 
     def every(self, period_ns: int, callback: Callback) -> None:
         """The callback is called between scans, once where several periods have passed."""

@@ -70,6 +70,10 @@ class SensorContext:
     def team(self) -> tuple[str, ...]:
         return self._node.team
 
+    @property
+    def strangers(self) -> tuple[str, ...]:
+        return self._node.strangers
+
     def publish(self, content: Sized) -> None:
         check_content(content)
         self._node.publish(team_topic(self.name), content)
@@ -77,13 +81,16 @@ class SensorContext:
     def listen(self, callback: Callable[[LocalizationContext, SharedMessage], object]) -> None:
         check_callback(callback, "context", "message")
         self._node.advertise(team_topic(self.name), queue=0)
-        for peer in self.team:
+        for peer in self.team + self.strangers:
             self._node.subscribe(team_topic(peer), lambda message: callback(
                 self, SharedMessage(message.origin.name, message.content,
                                     message.origin.clock_ns(message.born_ns))), queue=0)
 
     def closed(self, source: str, theirs: int, own: int, motion: np.ndarray) -> None:
         self._node.record_closure(source, theirs, own, motion)
+
+    def place(self, source: str, frame: Pose2D) -> None:
+        self._node.robot_map.frames[source] = frame
 
     def every(self, period_ns: int, callback: Callable[[LocalizationContext], object]) -> None:
         check_period(period_ns)

@@ -56,17 +56,20 @@ class LocalizationNode(Node):
     the host.
 
     ``start`` is the robot's pose in the map where it is known, ``bodies_m`` the width of the widest
-    teammate, 0 without one, ``team`` the names of those that share its frame.
+    teammate, 0 without one, ``team`` the names of those that share its frame, ``strangers`` of
+    those that do not.
     """
 
     _topic = "pose"
 
     def __init__(self, host: Host, localization: Localization, robot: Equipment,
                  robot_map: RobotMap, start: Pose2D | None, bodies_m: float,
-                 team: tuple[str, ...] = (), namespace: str | None = None) -> None:
+                 team: tuple[str, ...] = (), strangers: tuple[str, ...] = (),
+                 namespace: str | None = None) -> None:
         self.draws_map = LocalizationTraits.of(localization).draws_map
         super().__init__(host, "slam" if self.draws_map else "localization", namespace)
-        self.localization, self.robot_map, self.team = localization, robot_map, team
+        self.localization, self.robot_map = localization, robot_map
+        self.team, self.strangers = team, strangers
         self._keeper = localization if isinstance(localization, Keeps) else None
         self._usable_m = robot.mapping.usable_range_m
         self._context = SensorContext(self, robot, start, bodies_m)

@@ -31,7 +31,8 @@ class RemoteSlam(CorrectionNode):
     def __init__(self, host: Host, name: str, localization: Localization, robot: Equipment,
                  robot_map: RobotMap, start: Pose2D | None, bodies_m: float,
                  team: tuple[str, ...] = ()) -> None:
-        super().__init__(host, localization, robot, robot_map, start, bodies_m, team, name)
+        super().__init__(host, localization, robot, robot_map, start, bodies_m, team,
+                         namespace=name)
         self._period_ns = robot.localization.map_period_ns
         self._published: LayerSnapshot | None = None
 

@@ -93,6 +93,7 @@ class RobotMap:
         self.observers: list[Callable[[np.ndarray], object]] = []
         self.scan_observers: list[Callable[[Pose2D, LaserScan, float], None]] = []
         self.redraw_observers: list[Callable[[list[Pose2D]], None]] = []
+        self.frames: dict[str, Pose2D] = {}  # of strangers, where localization has found them
         self.own = Layer(pool, self.tiles)
         self.received: dict[str, Received] = {}
         self.sum = kernels.Fused(self.fused, self.tile_version, self.row_version,

@@ -29,6 +29,9 @@ class MapAccess:
     def padding(self) -> int:
         return self._map.padding
 
+    def frame_of(self, source: str) -> Pose2D | None:
+        return self._own_map.frames.get(source)
+
     def own(self) -> LayerSnapshot:
         return self._own_map.own.snapshot()
 

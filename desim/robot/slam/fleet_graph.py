@@ -154,17 +154,24 @@ class FleetGraph:
         found: list[tuple[float, str, int, float]] = []
         for other in team:
             at = self._at(other, stamp_ns)
-            if at is not None:
-                node, share = at
-                before, after = self.graph.poses[self.tracks[other].nodes[node:node + 2], :2]
-                found.append((math.dist(before + share * (after - before), place[:2]), other,
-                              node, share))
+            there = self.place(other, stamp_ns)
+            if at is not None and there is not None:
+                found.append((math.dist(there, place[:2]), other, *at))
         found.sort()
         if not found or found[0][0] > _GATE_M or (
                 len(found) > 1 and found[1][0] < _CLEAR * found[0][0]):
             return None
         _, source, node, share = found[0]
         return Encounter(seen.own, source, node, share, seen.sighting)
+
+    def place(self, name: str, stamp_ns: int) -> tuple[float, float] | None:
+        """The place of ``name`` at ``stamp_ns``: x m, y m; None where that is not known."""
+        at = self._at(name, stamp_ns)
+        if at is None:
+            return None
+        before, after = self.graph.poses[self.tracks[name].nodes[at[0]:at[0] + 2], :2]
+        x_m, y_m = before + at[1] * (after - before)
+        return float(x_m), float(y_m)
 
     def _at(self, name: str, stamp_ns: int) -> tuple[int, float] | None:
         """The last node of ``name`` until ``stamp_ns``, and the share of the time from there to the

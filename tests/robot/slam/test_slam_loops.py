@@ -108,11 +108,11 @@ def agreeing(turn_rad):
     fleet = FleetGraph()
     for step in [(1.0, 0.0, 0.0)] * 41 + [(0.0, 1.0, np.pi)] + [(1.0, 0.0, 0.0)] * 40:
         fleet.add("robot", 0, np.array(step), np.eye(3), None)
-    finder, path = ClosureFinder(fleet, SlamSettings()), fleet.path("robot")
+    path = fleet.path("robot")
     first, second = (Closure(own, "robot", theirs, motion_between(path[theirs], path[own])
                              + (3.0, 0.0, 0.0), np.eye(3)) for own, theirs in ((50, 32), (60, 22)))
     second.motion[2] += turn_rad
-    return finder._agree("robot", first, second)
+    return closures.agree(first, second, path, path)
 
 
 def test_closures_agree_where_both_paths_say_the_same_of_the_way_between_them():

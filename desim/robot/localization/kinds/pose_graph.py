@@ -12,9 +12,10 @@ from desim.ports.localization import LocalizationContext, ScanWithOdometry
 from desim.robot.localization.graph_exchange import GraphExchange
 from desim.robot.localization.graph_news import GraphNode
 from desim.robot.localization.kinds.scan_matching import ScanMatching, settings_of
-from desim.robot.slam.closures import ClosureFinder
+from desim.robot.slam.closures import ClosureFinder, ScanMatcher
 from desim.robot.slam.fleet_graph import FleetGraph, Seen, on_motion, shown
 from desim.robot.slam.sightings import sightings
+from desim.robot.slam.strangers import Strangers
 from desim.robot.transforms import motion_between, turned
 from desim.units import NS_PER_S, Pace
 
@@ -32,7 +33,7 @@ class GraphSlam(ScanMatching):
     graph is solved, and the map drawn anew, every ``redraw_every``.
 
     With a ``team`` robots send each other their nodes, what they have sighted or closed, and each
-    solves the graph of all.
+    solves the graph of all. Strangers enter it when it is found where they are.
     """
 
     class Params(ScanMatching.Params):
@@ -47,6 +48,7 @@ class GraphSlam(ScanMatching):
         super().__init__(params)
         self._params = params
         self._fleet = FleetGraph()
+        self._strangers: Strangers | None = None
         self._exchange = GraphExchange(self._fleet)
         self._local: list[np.ndarray] = []  # poses of own nodes by the local map
         self._scans: list[np.ndarray] = []
@@ -58,9 +60,12 @@ class GraphSlam(ScanMatching):
     def start(self, context: LocalizationContext) -> None:
         """Make the filter, and join the team where there is one."""
         super().start(context)
-        self._closures = ClosureFinder(self._fleet, settings_of(context))
+        matcher = ScanMatcher(settings_of(context))
+        self._closures = ClosureFinder(self._fleet, matcher)
         if context.start is not None and self._params.team != "nothing":
-            self._team = context.team
+            self._team = context.team + context.strangers
+            if context.strangers:
+                self._strangers = self._exchange.strangers = Strangers(matcher)
         if self._team:
             self._exchange.start(context)
             context.every(self._params.period_ns, self._send)
@@ -79,7 +84,8 @@ class GraphSlam(ScanMatching):
             self._by_scan = by_scan
         else:
             motion = self._in_map(local)
-        node = GraphNode(context.now_ns, motion, information,
+        said = motion if own or self._strangers is None else np.zeros(3)  # nobody knows its start
+        node = GraphNode(context.now_ns, said, information,
                          ranges if self._params.team in ("scans", "all") else None)
         self._exchange.nodes.append(node)
         self._fleet.add(name, node.stamp_ns, motion, information, ranges)
@@ -87,11 +93,16 @@ class GraphSlam(ScanMatching):
         self._scans.append(ranges)
         self._renew_local_map()
         if self._team and self._params.team in ("sightings", "all"):
-            self._seen += [Seen(own, one) for one in sightings(ranges, context.laser,
-                                                               context.bodies_m)]
+            seen = sightings(ranges, context.laser, context.bodies_m)
+            self._seen += [Seen(own, one) for one in seen]
+            if self._strangers is not None:
+                self._strangers.saw(node.stamp_ns, self._fleet.path(name)[-1], seen)
         for closure in self._closures.found(name, own, ranges):
             context.closed(closure.source, closure.theirs, closure.own, closure.motion)
             self._exchange.tie(context, closure)
+        if self._strangers is not None:
+            for closures in self._strangers.found(self._fleet.path(name), ranges):
+                self._exchange.introduce(context, closures)
         return Pose2D(*self._fleet.path(name)[-1].tolist())
 
     def _renew_local_map(self) -> None:
@@ -111,6 +122,10 @@ class GraphSlam(ScanMatching):
             elif age_ns < _STALE_NS:
                 self._seen.append(seen)
         self._exchange.send(context)
+        if self._strangers is not None:
+            for source in self._fleet.tracks:
+                if source != context.name:
+                    context.place(source, Pose2D(*self._fleet.path(source)[0].tolist()))
         self._solve(context, 1, _LATEST)
 
     def _redraw(self, context: LocalizationContext) -> None:

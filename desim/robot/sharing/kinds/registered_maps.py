@@ -188,6 +188,11 @@ class RegisteredMaps:
                   teammate: Teammate) -> list[Contribution]:
         if own is None:
             return []
+        placed = context.frame_of(source)
+        if placed is not None and self._frame is not None:
+            teammate.frame = motion_between(self._frame.start, np.array(placed))
+            context.place(source, placed)
+            return [self._seen_from_here(context, source, teammate.newest, teammate.frame)]
         known = np.count_nonzero(own.log_odds) + np.count_nonzero(teammate.newest.log_odds)
         if known >= GROWTH * teammate.compared:
             teammate.compared = float(known)

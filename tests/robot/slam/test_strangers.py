@@ -1,0 +1,70 @@
+"""Strangers: a path is laid through what was seen of it, and scans decide."""
+
+import numpy as np
+import pytest
+
+from desim.robot.slam import strangers
+from desim.robot.slam.closures import ScanMatcher
+from desim.robot.slam.fleet_graph import Closure, FleetGraph
+from desim.robot.slam.settings import SlamSettings
+from desim.robot.slam.sightings import Sighting
+from desim.robot.slam.strangers import Strangers
+from desim.robot.transforms import compose, motion_between
+
+FRAME = np.array((7.0, -3.0, 0.8))  # of the stranger, in the robot's coordinates
+
+
+def met(bodies=6, stretched=1.0):
+    """A robot that stands, and a stranger that drives a bent way and was seen ``bodies`` times;
+    ``stretched``: what it says of its way is so many times as long."""
+    known, said = Strangers(ScanMatcher(SlamSettings())), np.zeros(3)
+    step = np.array((1.0, 0.1, 0.15))
+    for k in range(bodies + 1):
+        known.fleet.add("other", k, np.zeros(3) if k == 0 else step * (stretched, stretched, 1.0),
+                        np.eye(3), None)
+        if k > 0:
+            said = compose(said, step)
+        if k < bodies:
+            seen = compose(FRAME, said)
+            known.saw(k, np.zeros(3), [Sighting(seen[0], seen[1], 0.02, 0.02)])
+    places = [(body, known.fleet.place("other", body.stamp_ns)) for body in known._bodies]
+    return list(strangers._frames([one for one in places[::-1] if one[1] is not None]))
+
+
+def test_two_sightings_lay_the_path_of_a_stranger():
+    frames = met()
+    assert len(frames) > 5
+    for frame in frames:
+        assert frame == pytest.approx(FRAME, abs=1e-9)
+
+
+def test_but_not_the_path_of_another_one():
+    assert met(stretched=1.3) == []
+
+
+def test_two_sightings_alone_could_be_of_anybody():
+    assert met(bodies=2) == []
+
+
+def test_they_would_do_without_others_that_must_be_explained(monkeypatch):
+    monkeypatch.setattr(strangers, "_LEAST_M", 0.5)
+    monkeypatch.setattr(strangers, "_EXPLAINED", 2)
+    assert len(met(bodies=2)) == 1
+
+
+@pytest.mark.parametrize("turned", [False, True])
+def test_a_closure_with_somebody_known_introduces_a_stranger(turned):
+    """Both where the stranger has found the known one (``turned``), and the other way round."""
+    known, fleet = Strangers(ScanMatcher(SlamSettings())), FleetGraph()
+    for k in range(4):
+        step = np.array((1.0, 0.0, 0.2)) if k else np.array((2.0, 5.0, 0.3))
+        fleet.add("friend", k, step, np.eye(3), None)
+        known.fleet.add("other", k, step if k else np.zeros(3), np.eye(3), None)
+    friend, other = fleet.path("friend")[2], compose(FRAME, known.fleet.path("other")[3])
+    if turned:
+        name, tie = "other", Closure(3, "friend", 2, motion_between(friend, other), np.eye(3))
+    else:
+        name, tie = "friend", Closure(2, "other", 3, motion_between(other, friend), np.eye(3))
+    (who, frame), = known.introduced(fleet, name, tie)
+    assert who == "other" and frame == pytest.approx(FRAME, abs=1e-9)
+    assert not known.fleet.tracks
