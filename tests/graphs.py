@@ -98,6 +98,7 @@ class Net:
 
     def run(self, until_ns):
         self.kernel.run(until_ns)
+        self.graph.catch_up()
         return self
 
     def rows(self, *kinds):

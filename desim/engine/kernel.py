@@ -165,8 +165,12 @@ class Kernel:
 
     def soon(self, call: Call, phase: Phase, entity: int) -> None:
         """Book a call that is not on the agenda for now, in ``phase``, ordered by ``entity``."""
-        heappush(self._agenda, (self.now_ns, self._next(phase, entity, call.fn),
-                                next(self._numbers), call))
+        now_ns, (fired_ns, order, *_) = self.now_ns, self._fired
+        if now_ns == fired_ns and order & _PHASE_MASK < phase:  # ``_next`` without its call
+            order = phase + entity + (order >> _ROUND_BIT << _ROUND_BIT)
+        else:
+            order = self._next(phase, entity, call.fn)
+        heappush(self._agenda, (now_ns, order, next(self._numbers), call))
 
     def process(self, life: Generator[int, None, None], phase: Phase, entity: int) -> None:
         """Run a generator that yields int nanoseconds to sleep; its errors end the run as they are.

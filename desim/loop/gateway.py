@@ -49,8 +49,8 @@ class Conversation(Carrier[Carried]):
         graph, (message, frame) = self._graph, token
         self._late(graph.kernel.now_ns)
         if self._taps[receiver].write(frame):
-            graph.arrive([(message, graph.hosts[receiver], graph.kernel.now_ns, message.born_ns,
-                           message.born_ns)])
+            graph.arrivals.note(message, graph.hosts[receiver], graph.kernel.now_ns,
+                                message.born_ns, message.born_ns)
         else:
             graph.drop(message, receiver, "interface_down", message.born_ns, message.born_ns)
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 
 BINS_PER_DECADE = 20
-_BATCH = 4096
 _DECADES = 13  # 1 ns to 10**4 s
 
 # Left edges of all bins but the first, which holds 0 and 1 ns.
@@ -13,41 +12,23 @@ EDGES_NS = np.unique(np.ceil(10.0 ** (np.arange(1, _DECADES * BINS_PER_DECADE + 
                                       / BINS_PER_DECADE)).astype(np.int64))
 
 
-class LatencyHistogram:
-    """Latencies in bins of a twentieth of a decade; bin i is [EDGES_NS[i-1], EDGES_NS[i]).
-
-    ``add(latency_ns)`` and ``extend`` only append; call ``flush`` now and then to empty the list.
-    """
-
-    __slots__ = ("add", "extend", "_bins", "_new", "_folded")
+class Tallies:
+    """What was delivered, by topic: ``counts`` [topics], ``bytes`` [topics] without any header, and
+    ``latencies`` [topics, bins], where bin i is [EDGES_NS[i-1], EDGES_NS[i])."""
 
     def __init__(self) -> None:
-        self._bins = np.zeros(len(EDGES_NS) + 1, np.int64)
-        self._new: list[int] = []
-        self._folded = 0  # latencies in bins
-        self.add, self.extend = self._new.append, self._new.extend
+        self._topics = 0
+        self.counts, self.bytes = np.zeros(1, np.int64), np.zeros(1, np.int64)
+        self.latencies = np.zeros((1, len(EDGES_NS) + 1), np.int64)
 
-    @property
-    def count(self) -> int:
-        """The number of latencies."""
-        return self._folded + len(self._new)
-
-    def bins(self) -> np.ndarray:
-        """[len(EDGES_NS) + 1] int64 counts."""
-        self._fold()
-        return self._bins.copy()
-
-    def flush(self) -> None:
-        """Sort new latencies into the bins if there are many."""
-        if len(self._new) >= _BATCH:
-            self._fold()
-
-    def _fold(self) -> None:
-        if self._new:
-            at = np.searchsorted(EDGES_NS, np.array(self._new, np.int64), side="right")
-            self._bins += np.bincount(at, minlength=len(self._bins))
-            self._folded += len(self._new)
-            self._new.clear()
+    def join(self) -> int:
+        """The place of one more topic."""
+        place, self._topics = self._topics, self._topics + 1
+        if place == len(self.counts):
+            self.counts, self.bytes, self.latencies = (
+                np.concatenate((now, np.zeros_like(now)))
+                for now in (self.counts, self.bytes, self.latencies))
+        return place
 
 
 class TopicCounts:
@@ -63,14 +44,13 @@ class TopicCounts:
     of datagrams are in the second one, streams throw theirs away.
     """
 
-    __slots__ = ("intended", "unmatched", "dropped", "bytes", "latency", "repeated", "queued",
-                 "called", "overwritten", "discarded")
+    __slots__ = ("intended", "unmatched", "dropped", "repeated", "queued", "called", "overwritten",
+                 "discarded", "_tallies", "_place")
 
-    def __init__(self) -> None:
+    def __init__(self, tallies: Tallies, place: int) -> None:
+        self._tallies, self._place = tallies, place
         self.intended = self.unmatched = self.repeated = 0
         self.dropped: dict[str, int] = {}
-        self.bytes = 0  # delivered, without any header
-        self.latency = LatencyHistogram()
         self.queued = self.called = self.overwritten = self.discarded = 0
 
     @property
@@ -79,7 +59,18 @@ class TopicCounts:
 
     @property
     def delivered(self) -> int:
-        return self.latency.count
+        return int(self._tallies.counts[self._place])
+
+    @property
+    def bytes(self) -> int:
+        """Delivered, without any header."""
+        return int(self._tallies.bytes[self._place])
+
+    @property
+    def latencies(self) -> np.ndarray:
+        """[len(EDGES_NS) + 1] int64: deliveries by latency."""
+        latencies: np.ndarray = self._tallies.latencies[self._place]
+        return latencies
 
     @property
     def in_flight(self) -> int:

@@ -18,7 +18,6 @@ came to a host where nobody listens any more).
 
 from __future__ import annotations
 
-from array import array
 from collections.abc import Callable, Collection, Iterable, Sequence
 from itertools import chain
 from typing import TYPE_CHECKING
@@ -27,12 +26,12 @@ import numpy as np
 
 from desim.engine.kernel import Kernel
 from desim.engine.streams import Streams
-from desim.engine.trace import Names, Trace, pack, pack_each
+from desim.engine.trace import Names, Trace, pack
 from desim.errors import InputError, below, did_you_mean
+from desim.middleware.arrivals import Arrivals
 from desim.middleware.batches.publisher import BatchPublisher
 from desim.middleware.busy.host import BusyHost
 from desim.middleware.context import GraphContext
-from desim.middleware.fates import TakesArrivals, pack_delivered
 from desim.middleware.graph_options import PLAIN, GraphOptions
 from desim.middleware.host import Host, receive_all
 from desim.middleware.message import Message
@@ -48,8 +47,6 @@ if TYPE_CHECKING:
 
 _SELDOM = (1 << 12) - 1  # rows and latencies are flushed after so many messages: a mask
 
-# A message, the host that has it, since when (ns); the instants of its first and its last frame.
-Arrival = tuple[Message, Host, int, int, int]
 # Host, kind, points [n, 2] m, texts [n] or none.
 OnDisplay = Callable[[str, str, np.ndarray, tuple[str, ...]], object]
 
@@ -68,15 +65,11 @@ class Graph:
         self.middleware = middleware
         self.payloads, computers = options.payloads, options.computers
         self.read_at_birth = self.payloads == "birth"
-        self._read_at_delivery = self.payloads == "delivery"
-        self.on_fate = on_fate = options.on_fate
+        self.on_fate = options.on_fate
         self.passages = options.passages
         self.callbacks, self.sockets = options.callbacks, options.sockets
-        self._takes = takes = on_fate if isinstance(on_fate, TakesArrivals) else None
-        self.on_arrivals = None if takes is None else takes.arrivals
-        self._note_delivered = None if takes is None else takes.note_delivered
         self.SENT, self.FRAME, self.LOST = map(names.id, ("sent", "frame", "lost"))
-        self.DELIVERED, self.DROPPED = names.id("delivered"), names.id("dropped")
+        self.DROPPED = names.id("dropped")
         self.CALLBACK, self.READ = names.id("callback"), names.id("read")
         self.OVERWRITTEN = names.id("overwritten")
         # By kind of row: fn(host name, a, b, c).
@@ -87,8 +80,6 @@ class Graph:
         self.inside: list[Medium] = []  # media within hosts
         self.routes = Routing(self)
         self.expecting: dict[PolledSubscription, None] = {}  # with messages on their way
-        self._landed: list[Arrival] = []  # not in the account yet
-        self.landed = self._landed.append
         self.batches: list[BatchPublisher] = []
         self.background: list[BackgroundFlow] = []
         self.associations: dict[str, AssociationRows] = {}  # by medium
@@ -98,9 +89,10 @@ class Graph:
                       else BusyHost(self, name, index, computers[name])
                       for index, name in enumerate(sorted(hosts, key=natural_key))]
         self.up = [False] * len(self.hosts) + [True] * options.others
-        self._packed_ids = [host.packed_id for host in self.hosts]
-        for host in self.hosts:
-            host.last_arrival_ns = array("q", bytes(8 * len(self.hosts)))
+        self.arrivals = Arrivals(trace, names.id("delivered"), self.hosts, options.on_fate,
+                                 self.payloads == "delivery")
+        for host, last_ns in zip(self.hosts, self.arrivals.last_ns, strict=True):
+            host.last_arrival_ns = last_ns
         self.by_name = {host.name: host for host in self.hosts}
         trace.before_flush = self.catch_up
         # Hosts of different domains never hear of each other.
@@ -108,7 +100,7 @@ class Graph:
         with below("middleware"):
             if isinstance(middleware, HasDomains):
                 self.domains = middleware.domains([host.name for host in self.hosts])
-            self.context = GraphContext(self, middleware)
+            self.context: GraphContext = GraphContext(self, middleware)
             middleware.start(self.context)
 
     def host(self, name: str) -> Host:
@@ -125,7 +117,7 @@ class Graph:
         """The topic of this absolute name."""
         about = self.topics.get(name)
         if about is None:
-            about = self.topics[name] = Topic(name, self.names.id(name))
+            about = self.topics[name] = Topic(name, self.names.id(name), self.arrivals.tallies)
         return about
 
     def attach(self, medium: Medium, hosts: Iterable[str] | None = None) -> None:
@@ -186,10 +178,6 @@ class Graph:
                  message.size_bytes))
         if not number & _SELDOM:
             self.trace.flush_if_full()
-            if self._takes is not None:
-                self._takes.flush_if_full()
-            for topic in self.topics.values():
-                topic.counts.latency.flush()
 
     def record_frame(self, source: int, to: int, seq: int, size_bytes: int) -> None:
         """Write the trace row of a frame with bytes of message ``seq``, between trace ids."""
@@ -199,66 +187,21 @@ class Graph:
         """``message`` has arrived at host ``receiver``."""
         host = self.hosts[receiver]
         if host.receive(message):
-            self.arrive([(message, host, self.kernel.now_ns, first_ns, last_ns)])
+            self.arrivals.note(message, host, self.kernel.now_ns, first_ns, last_ns)
         else:
             self.drop(message, receiver, "no_subscriber", first_ns, last_ns)
-
-    def arrive(self, arrivals: Sequence[Arrival], late: bool = False) -> None:
-        """Enter messages in the account that are at hosts. ``late``: perhaps after their instant.
-        """
-        put = self.trace.put_late if late else self.put
-        note, on_fate, delivered = self._note_delivered, self.on_fate, self.DELIVERED
-        reads = self._read_at_delivery
-        for message, host, time_ns, first_ns, last_ns in arrivals:
-            if reads:
-                message.content  # noqa: B018 - reading computes it
-            origin, about, receiver = message.origin, message.about, host.index
-            size_bytes, born_ns, counts = message.size_bytes, message.born_ns, about.counts
-            latency_ns, origin_id, last_arrival_ns = (time_ns - born_ns, origin.id,
-                                                      origin.last_arrival_ns)
-            counts.bytes += size_bytes
-            add = counts.latency.add
-            add(latency_ns)
-            if time_ns > last_arrival_ns[receiver]:
-                last_arrival_ns[receiver] = time_ns
-            if origin.on_next_arrival:
-                origin.has_arrived(receiver, time_ns)
-            put(pack(time_ns, delivered, host.id, origin_id, message.seq, latency_ns))
-            if note is not None:
-                note(pack_delivered(message.number, about.id, origin.index, receiver, size_bytes,
-                                    born_ns, first_ns, last_ns, 0, time_ns))
-            elif on_fate is not None:
-                on_fate(message, receiver, time_ns, None, first_ns, last_ns)
 
     def deliver_all(self, message: Message, receivers: Sequence[int]) -> None:
         """``message``, a datagram, has arrived at several hosts in one instant: ``deliver`` at
         each. ``receivers`` are in the order of their trace ids."""
-        if self._read_at_delivery:
-            message.content  # noqa: B018 - reading computes it
         listening = receive_all(message, receivers)
-        born_ns, origin = message.born_ns, message.origin
+        now_ns, born_ns, hosts = self.kernel.now_ns, message.born_ns, self.hosts
         if len(listening) < len(receivers):
             for receiver in receivers:
                 if receiver not in listening:
                     self.drop(message, receiver, "no_subscriber", born_ns, born_ns)
-            if not listening:
-                return
-            receivers = listening
-        now_ns, counts = self.kernel.now_ns, message.about.counts
-        last_arrival_ns = origin.last_arrival_ns
-        latency_ns = now_ns - born_ns
-        counts.bytes += len(receivers) * message.size_bytes
-        counts.latency.extend([latency_ns] * len(receivers))
-        for receiver in receivers:
-            last_arrival_ns[receiver] = now_ns
-        if origin.on_next_arrival:
-            for receiver in receivers:
-                origin.has_arrived(receiver, now_ns)
-        self.put(pack_each(now_ns, self.DELIVERED, map(self._packed_ids.__getitem__, receivers),
-                           origin.id, message.seq, latency_ns))
-        if self.on_fate is not None:
-            for receiver in receivers:
-                self.on_fate(message, receiver, now_ns, None, born_ns, born_ns)
+        for receiver in listening:
+            self.arrivals.note(message, hosts[receiver], now_ns, born_ns, born_ns)
 
     def catch_up(self) -> None:
         """Enter in the account what has arrived by now at those who were not waiting for it."""
@@ -266,8 +209,7 @@ class Graph:
             latest.catch_up()
         for batches in self.batches:
             batches.catch_up()
-        self.arrive(self._landed, late=True)
-        self._landed.clear()
+        self.arrivals.enter()
         for medium in chain(self.media, self.inside):
             medium.flights.catch_up()
 

@@ -24,11 +24,11 @@ class GraphOptions:
 
     ``others``: how many hosts outside of the fleet its media have, with the indices after.
     ``payloads`` says when a lazy content is read: ``lazy`` (by the callback that wants it),
-    ``birth`` or ``delivery``; no result depends on it. ``on_fate`` that ``TakesArrivals`` gets
-    deliveries in its way. Where there is a ledger, ``passages`` are those of its media, and
-    ``callbacks`` gets the callbacks that publish, if computers get busy. ``computers``: those of
-    all hosts by name; None: callbacks take no time. ``sockets``: the buffers of each host's UDP
-    sockets, those of Linux by default. Raises ``InputError`` for other ``payloads``."""
+    ``birth`` or ``delivery``; no result depends on it. ``on_fate`` that ``TakesDeliveries`` gets
+    them in its way. Where there is a ledger, ``passages`` are those of its media, and ``callbacks``
+    gets the callbacks that publish, if computers get busy. ``computers``: those of all hosts by
+    name; None: callbacks take no time. ``sockets``: the buffers of each host's UDP sockets, those
+    of Linux by default. Raises ``InputError`` for other ``payloads``."""
 
     others: int = 0
     payloads: str = "lazy"

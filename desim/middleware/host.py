@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from array import array
 from collections import deque
 from collections.abc import Callable, Collection, Sequence
 from fractions import Fraction
@@ -73,7 +72,7 @@ class Host:
         self.calling: Executor | None = None
         self.refused: deque[StreamLink] = deque()  # those whose interface is full
         self.sockets = HostSockets(self, graph.sockets)
-        self.last_arrival_ns = array("q")
+        self.last_arrival_ns: np.ndarray
         self.on_next_arrival: dict[int, Callable[[int], object]] = {}
         self._publishers: list[Publisher] = []
         self._ends: dict[str, Ends] = {}
@@ -271,21 +270,6 @@ class Host:
             inbox.append((subscription, message))
         about.counts.queued += len(subscriptions)
         return True
-
-    def has_arrived(self, receiver: int, time_ns: int) -> None:
-        """A message of this host has arrived at ``receiver``, for those who wait for one."""
-        if receiver in self.on_next_arrival:
-            self.on_next_arrival.pop(receiver)(time_ns)
-
-    def have_arrived(self, receivers: Sequence[int], first_ns: np.ndarray, last_ns: np.ndarray
-                     ) -> None:
-        """Messages of this host have arrived at ``receivers``, the first at ``first_ns``, the last
-        at ``last_ns``, which is 0 where none has."""
-        np.maximum.at(np.frombuffer(self.last_arrival_ns, np.int64), np.array(receivers), last_ns)
-        if self.on_next_arrival:
-            for receiver, time_ns in zip(receivers, first_ns.tolist(), strict=True):
-                if receiver in self.on_next_arrival and time_ns <= self.last_arrival_ns[receiver]:
-                    self.on_next_arrival.pop(receiver)(time_ns)
 
     def _overwrite(self, inbox: list[tuple[Subscription, Message]], subscription: Subscription
                    ) -> None:

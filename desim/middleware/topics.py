@@ -11,7 +11,7 @@ from desim.engine.trace import pack
 from desim.middleware.answer_checks import subscribers_of
 from desim.middleware.batches.publisher import BatchPublisher, FanOut
 from desim.middleware.contents import Content
-from desim.middleware.counts import TopicCounts
+from desim.middleware.counts import Tallies, TopicCounts
 from desim.middleware.inside import WithInside
 from desim.middleware.message import Message
 from desim.middleware.transports import Stream, StreamLink
@@ -23,16 +23,18 @@ if TYPE_CHECKING:
 
 
 class Topic:
-    """A name that messages are published under, its trace id and its counts. ``listening``: hosts
-    that subscribe, known or not, with the end of the topic there; None: there are several.
-    ``latest``: the ends of hosts on which no callback waits for its messages."""
+    """A name that messages are published under, its trace id, and its counts with their ``place``
+    in the tallies. ``listening``: hosts that subscribe, known or not, with the end of the topic
+    there; None: there are several. ``latest``: the ends of hosts on which no callback waits for its
+    messages."""
 
-    __slots__ = ("name", "id", "counts", "publishers", "listening", "latest")
+    __slots__ = ("name", "id", "place", "counts", "publishers", "listening", "latest")
 
-    def __init__(self, name: str, id_: int) -> None:
+    def __init__(self, name: str, id_: int, tallies: Tallies) -> None:
         self.name = name
         self.id = id_
-        self.counts = TopicCounts()
+        self.place = tallies.join()
+        self.counts = TopicCounts(tallies, self.place)
         self.publishers: list[Publisher] = []
         self.listening: dict[int, Subscription | PolledSubscription | None] = {}
         self.latest: dict[int, PolledSubscription] = {}

@@ -212,13 +212,13 @@ class StreamLink(Carrier["Message"]):
         """The message, whose arrival was no event, arrived at ``due_ns`` and was taken."""
         host, flights = self._host, self._flights
         assert flights is not None
-        note, enter = flights.landed, self._graph.landed
+        note, enter = flights.landed, self._graph.arrivals.note
         self._latest = self._wire = None
         note((host.index, *self._train))
         self._tries, trip_ns = 0, due_ns - self._sent_ns  # ``note_trip`` without its call
         if self._trip_ns < 0 or trip_ns < self._trip_ns:
             self._trip_ns = trip_ns
-        enter((message, host, due_ns, self._first_ns, self._sent_ns))
+        enter(message, host, due_ns, self._first_ns, self._sent_ns)
 
     def await_(self, message: Message, due_ns: int) -> None:
         """Somebody waits for the message on the wire now, which arrives at ``due_ns``."""

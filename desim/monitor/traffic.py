@@ -32,16 +32,15 @@ class Totals(NamedTuple):
 
 def totals(graph: Graph) -> Totals:
     """All topics together."""
-    sent = delivered = unmatched = 0
+    sent = unmatched = 0
     dropped: dict[str, int] = {}
     for topic in tuple(graph.topics.values()):
         counts = topic.counts
         sent += counts.intended
-        delivered += counts.latency.count
         unmatched += counts.unmatched
         for reason, count in tuple(counts.dropped.items()):
             dropped[reason] = dropped.get(reason, 0) + count
-    return Totals(sent, delivered, dropped, unmatched,
+    return Totals(sent, int(graph.arrivals.tallies.counts.sum()), dropped, unmatched,
                   sum([medium.bytes_on_air for medium in graph.media]))
 
 
@@ -79,6 +78,6 @@ def latency_table(graph: Graph) -> dict[str, list]:
     edges = [0, *EDGES_NS.tolist(), None]
     rows = [(name, edges[b], edges[b + 1], count)
             for name, topic in sorted(graph.topics.items()) if topic.counts.delivered
-            for b, count in enumerate(topic.counts.latency.bins().tolist()) if count]
+            for b, count in enumerate(topic.counts.latencies.tolist()) if count]
     return {column: [row[i] for row in rows]
             for i, column in enumerate(("topic", "from_ns", "to_ns", "count"))}

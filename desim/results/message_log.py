@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from struct import Struct
 
 import numpy as np
 
-from desim.middleware.fates import BatchArrivals, pack_delivered
 from desim.middleware.message import Message
 
 BATCH = 1 << 14  # rows at a time: 1.3 MB, a row group of the table
@@ -15,7 +15,8 @@ COLUMNS = ("number", "topic", "source", "destination", "size_bytes", "born_ns", 
            "last_ns", "reason", "end_ns")
 DELIVERED, DROPPED = "delivered", "dropped"  # fates
 
-_PACKED = np.dtype(("V", 8 * len(COLUMNS)))  # a row
+_pack = Struct(f"<{len(COLUMNS)}q").pack
+_ROW_BYTES = 8 * len(COLUMNS)
 
 
 class MessageLog:
@@ -27,9 +28,8 @@ class MessageLog:
         self.reasons = [DELIVERED]
         self._sink = sink
         self._reason: dict[str | None, int] = {None: 0}
-        self._rows: list[bytes] = []
-        self._before: list[bytes] = []  # the batch before, for ``active_links``
-        self.note_delivered = self._rows.append
+        self._rows = bytearray()
+        self._before = self._rows  # the batch before, for ``active_links``
 
     def __call__(self, message: Message, receiver: int, time_ns: int, reason: str | None,
                  first_ns: int, last_ns: int) -> None:
@@ -39,41 +39,36 @@ class MessageLog:
         if number is None:
             number = self._reason[reason] = len(self.reasons)
             self.reasons.append(str(reason))
-        self.note_delivered(pack_delivered(
+        self._take(_pack(
             message.number, message.about.id, message.origin.index, receiver, message.size_bytes,
             message.born_ns, first_ns, last_ns, number, time_ns))
-        self.flush_if_full()
 
-    def arrivals(self, batch: BatchArrivals) -> None:
-        """Many messages of one host were delivered."""
-        rows = np.empty((len(batch.numbers), len(COLUMNS)), "<i8")
-        rows[:, 0], rows[:, 1], rows[:, 2] = batch.numbers, batch.topics, batch.source
-        rows[:, 3], rows[:, 4] = batch.receivers, batch.size_bytes
-        rows[:, 5:8] = batch.born_ns[:, None]  # their frames were sent at birth
-        rows[:, 8], rows[:, 9] = 0, batch.arrived_ns
-        packed: list[bytes] = rows.view(_PACKED)[:, 0].tolist()
-        self._rows += packed
-        self.flush_if_full()
-
-    def flush_if_full(self) -> None:
-        """Pass the rows on if they fill a batch."""
-        if len(self._rows) >= BATCH:
-            self.flush()
+    def delivered(self, deliveries: np.ndarray) -> None:
+        """Many messages were delivered."""
+        rows = np.zeros((len(deliveries), len(COLUMNS)), "<i8")
+        for column, name in enumerate(("number", "topic", "source", "receiver", "size_bytes",
+                                       "born_ns", "first_ns", "last_ns")):
+            rows[:, column] = deliveries[name]
+        rows[:, -1] = deliveries["arrived_ns"]
+        self._take(rows.tobytes())
 
     def flush(self) -> None:
         """Pass the rows that are waiting to the sink."""
         if self._rows:
             self._sink(_array(self._rows), self.reasons)
-            self._before = self._rows.copy()
-            self._rows.clear()
+            self._before, self._rows = self._rows, bytearray()
 
     def active_links(self, since_ns: int) -> int:
         """The number of (source, destination) pairs with a message settled since then, as far back
         as ``LOOKED_BACK`` messages."""
-        before = max(LOOKED_BACK - len(self._rows), 0)
-        rows = _array(self._before[len(self._before) - before:] + self._rows[-LOOKED_BACK:])
+        rows = _array(self._before + self._rows)[-LOOKED_BACK:]
         return len(np.unique(rows[rows[:, 9] >= since_ns, 2:4], axis=0))
 
+    def _take(self, rows: bytes) -> None:
+        self._rows += rows
+        if len(self._rows) >= BATCH * _ROW_BYTES:
+            self.flush()
 
-def _array(rows: list[bytes]) -> np.ndarray:
-    return np.frombuffer(b"".join(rows), "<i8").reshape(-1, len(COLUMNS))
+
+def _array(rows: bytes | bytearray) -> np.ndarray:
+    return np.frombuffer(rows, "<i8").reshape(-1, len(COLUMNS))

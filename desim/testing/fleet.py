@@ -198,6 +198,7 @@ class Fleet:
     def balance(self) -> None:
         """Check that each reception under way waits in a transport. (A stopped host's last frames
         are the medium's.)"""
+        self.graph.catch_up()
         for topic in self.graph.topics.values():
             under_way = topic.counts.in_flight
             waiting = sum(publisher.transport.waiting() for publisher in topic.publishers)
@@ -207,6 +208,7 @@ class Fleet:
 
     def open(self) -> int:
         """Receptions that are neither delivered nor dropped."""
+        self.graph.catch_up()
         return sum(topic.counts.in_flight for topic in self.graph.topics.values())
 
     def _fate(self, message: Message, receiver: int, time_ns: int, reason: str | None,

@@ -196,7 +196,7 @@ def played(story, model="near", busy=False, until_ns=4 * S):
                    medium.dropped, list(medium.tx_bytes), list(medium.rx_bytes)),
         "topics": [(name, topic.counts.bytes, topic.counts.intended, topic.counts.unmatched,
                     topic.counts.dropped, topic.counts.queued, topic.counts.called,
-                    topic.counts.latency.bins().tolist())
+                    topic.counts.latencies.tolist())
                    for name, topic in sorted(graph.topics.items())],
         "arrivals": [host.last_arrival_ns.tolist() for host in graph.hosts],
         "links": [(topic.name, receiver, link._trip_ns, link._tries, link.waiting)

@@ -207,9 +207,10 @@ def test_the_whole_log_of_a_loss():
     assert [row for row in log if row[0] > 2100 * MS] == [
         (3 * S, "frame", "a", "b", 2, 238), (3 * S, "lost", "b", "a", 2, "unlucky"),
         (3040 * MS, "frame", "a", "b", 3, 238),
+        (3060 * MS, "delivered", "b", "a", 2, 60 * MS),  # first of the instant: it is late
+        (3060 * MS, "delivered", "b", "a", 3, 20 * MS),
         (3060 * MS, "acknack", "b", "a", 2, 1), (3060 * MS, "frame", "a", "b", 2, 254),
-        (3060 * MS, "delivered", "b", "a", 2, 60 * MS),
-        (3060 * MS, "delivered", "b", "a", 3, 20 * MS), (3060 * MS, "acknack", "b", "a", 4, 0)]
+        (3060 * MS, "acknack", "b", "a", 4, 0)]
     assert [text for *_, text in heard] == ["one", "two", "three"]
 
 

@@ -59,7 +59,7 @@ def played(model, faults=(), rules=()):
     return (heard, sorted(net.rows()), sorted(net.fates), net.trace.digest(), net.medium.intended,
             net.medium.delivered, list(net.medium.rx_bytes), counts.bytes, counts.delivered,
             counts.queued, counts.called, counts.overwritten, counts.discarded,
-            counts.latency.bins().tolist(),
+            counts.latencies.tolist(),
             [host.last_arrival_ns.tolist() for host in net.graph.hosts])
 
 

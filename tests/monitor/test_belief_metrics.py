@@ -55,6 +55,7 @@ class Watched:
     def second(self, k):
         now_ns = self.net.kernel.now_ns
         self.belief_metrics.each_second(Second(now_ns, np.empty(0), np.empty(0), self.linked()))
+        self.graph.catch_up()
         self.samples.append(self.belief_metrics.sample(now_ns, all_due))
 
     def at(self, time_s, fn, *args):

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import chain, compress
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -12,7 +11,7 @@ import numpy as np
 from desim.engine.kernel import Phase
 from desim.engine.trace import ROW
 from desim.middleware.batches.batch import Batch, Member
-from desim.middleware.fates import BatchArrivals
+from desim.middleware.kernels import DELIVERY
 from desim.network.medium import Medium
 from desim.units import NEVER_NS
 
@@ -25,9 +24,9 @@ if TYPE_CHECKING:
 class BatchWay:
     """The way of batches of ``host``, with messages of ``size_bytes`` in frames of ``frame`` (bytes
     and segments): the ``members``, one a place, and the ``publishers`` of the messages with their
-    places. ``topics``: of each message, the trace id of its topic. ``messages``, ``receivers``,
-    ``hosts``: of each place, the message's number in its batch, and the receiver's index and trace
-    id.
+    places. ``topics``, ``tallied``: of each message, its topic's trace id and place in the tallies.
+    ``messages``, ``receivers``, ``hosts``: of each place, the message's number in its batch, and
+    the receiver's index and trace id.
     """
 
     host: Host
@@ -37,6 +36,7 @@ class BatchWay:
     members: list[Member]
     publishers: list[tuple[Publisher, slice]]
     topics: np.ndarray
+    tallied: np.ndarray
     messages: np.ndarray
     receivers: tuple[int, ...]
     hosts: np.ndarray
@@ -57,6 +57,7 @@ class BatchWay:
         publishers = [(publisher, slice(own[0], own[-1] + 1)) for publisher, own in places.items()]
         return cls(host, size_bytes, frame, medium, members, publishers,
                    np.array([publisher.topic.id for publisher, _ in publishers], np.int64),
+                   np.array([publisher.topic.place for publisher, _ in publishers], np.int64),
                    np.array([member.message_index for member in members], np.int64),
                    tuple(member.host.index for member in members),
                    np.array([member.host.id for member in members], np.int64),
@@ -89,47 +90,30 @@ class BatchWay:
     def count_arrived(self, batches: list[Batch], arrivals: np.ndarray, landed: np.ndarray) -> None:
         """Write the rows ``delivered`` of the messages that have ``landed`` [batches, places], and
         notify all that count them."""
-        graph, own = self.host.graph, self.host.id
-        births = _of(batches, "born_ns")
-        born_ns = births[:, None]
-        latencies = arrivals - born_ns
-        self._note_trips(np.where(landed, latencies, NEVER_NS).min(axis=0))
-        rows = _rows(arrivals, graph.DELIVERED, self.hosts, own,
-                     _of(batches, "seq")[:, None] + self.messages, latencies)
-        graph.trace.put_rows(rows if landed.all() else rows[landed.ravel()])
-        self._count(latencies.T.tolist(), landed)
-        self.host.have_arrived(self.receivers, np.where(landed, arrivals, NEVER_NS).min(axis=0),
-                               np.where(landed, arrivals, 0).max(axis=0))
+        graph, births = self.host.graph, _of(batches, "born_ns")
+        self._note_trips(np.where(landed, arrivals - births[:, None], NEVER_NS).min(axis=0))
         self.medium.flights.landed_each(self.receivers, *self.frame, landed.sum(axis=0).tolist())
-        if graph.on_arrivals is not None:
-            which, places = landed.nonzero()
-            messages = self.messages[places]
-            graph.on_arrivals(BatchArrivals(
-                self.host.index, self.size_bytes, _of(batches, "number")[which] + messages,
-                self.topics[messages], np.array(self.receivers)[places], births[which],
-                arrivals[landed]))
-        elif graph.on_fate is not None:
+        which, places = landed.nonzero()
+        messages, here = self.messages[places], np.empty(len(which), DELIVERY)
+        here["number"] = _of(batches, "number")[which] + messages
+        here["seq"] = _of(batches, "seq")[which] + messages
+        here["topic"], here["place"] = self.topics[messages], self.tallied[messages]
+        here["source"], here["receiver"] = self.host.index, np.array(self.receivers)[places]
+        here["born_ns"] = here["first_ns"] = here["last_ns"] = births[which]
+        here["arrived_ns"], here["size_bytes"] = arrivals[landed], self.size_bytes
+        graph.arrivals.note_all(here)
+        on_fate = graph.arrivals.on_fate
+        if on_fate is not None:
             for k, index in np.argwhere(landed).tolist():
                 member, batch = self.members[index], batches[k]
-                graph.on_fate(member.message(batch), member.host.index, batch.arrivals[index],
-                              None, batch.born_ns, batch.born_ns)
+                on_fate(member.message(batch), member.host.index, batch.arrivals[index], None,
+                        batch.born_ns, batch.born_ns)
 
     def _note_trips(self, least_ns: np.ndarray) -> None:
         """Tell the links of trips that are shorter than those before, ``least_ns`` [places]."""
         for index in (least_ns < self.shortest_ns).nonzero()[0].tolist():
             self.shortest_ns[index] = trip_ns = int(least_ns[index])
             self.members[index].link.note_trip(trip_ns)
-
-    def _count(self, latencies_ns: list[list[int]], landed: np.ndarray) -> None:
-        """Enter ``latencies_ns`` [places, batches] of messages that have ``landed`` [batches,
-        places] in the counts of their topics."""
-        if not landed.all():
-            latencies_ns = [[*compress(mine, there)] for mine, there in zip(
-                latencies_ns, landed.T.tolist(), strict=True)]
-        for publisher, places in self.publishers:
-            counts, all_ns = publisher.topic.counts, [*chain.from_iterable(latencies_ns[places])]
-            counts.bytes += len(all_ns) * self.size_bytes
-            counts.latency.extend(all_ns)
 
 
 def _of(batches: list[Batch], field: str) -> np.ndarray:

@@ -141,8 +141,7 @@ class BeliefMetrics(Meter):
         if not pairs:
             return None
         # Nobody hears itself: those entries are 0.
-        received_ns = sum([self._graph.hosts[other].last_arrival_ns[host]
-                           for host in up for other in up])
+        received_ns = int(self._graph.arrivals.last_ns[np.ix_(up, up)].sum())
         return (self._graph.kernel.now_ns - received_ns / pairs) / NS_PER_S
 
     def summary(self, now_ns: int) -> Sample:
@@ -172,7 +171,7 @@ class BeliefMetrics(Meter):
 def messages_late(graph: Graph) -> int:
     """Messages between hosts that took ``LATE_NS`` or longer, once for each receiver."""
     first = int(np.searchsorted(EDGES_NS, LATE_NS, side="right"))
-    return sum(int(topic.counts.latency.bins()[first:].sum()) for topic in graph.topics.values())
+    return int(graph.arrivals.tallies.latencies[:, first:].sum())
 
 
 def _delays(delays_ns: list[int]) -> dict[str, float | None]:

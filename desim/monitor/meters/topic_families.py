@@ -56,7 +56,7 @@ class TopicFamilies(Meter):
         for name, topic in self._graph.topics.items():
             if topic.counts.delivered:
                 key = self._of(name)
-                bins[key] = bins.get(key, 0) + topic.counts.latency.bins()
+                bins[key] = bins.get(key, 0) + topic.counts.latencies
         return {key: {"count": int(own.sum()), "p50_s": _quantile_s(own, 0.5),
                       "p95_s": _quantile_s(own, 0.95), "max_s": _quantile_s(own, 1.0)}
                 for key, own in sorted(bins.items())}
