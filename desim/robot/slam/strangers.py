@@ -24,6 +24,7 @@ from desim.robot.transforms import compose, motion_between
 _LEAST_M, _UNLIKE_M = 2.0, 0.15  # between two sightings: at least; and what the stranger says of it
 _SEEN, _TRIED = 20, 3  # the latest sightings that are compared; the paths that are tried a scan
 _EXPLAINED = 3  # sightings that a path must explain, at least
+_FRIEND_M = 1.0  # a body that is so near to where somebody known was is no stranger
 _SIGMA_M = 0.4  # of a path that is laid through two sightings
 
 
@@ -53,20 +54,28 @@ class Strangers:
         self._bodies += [_Body(stamp_ns, float(place[0]), float(place[1])) for place in places]
         self._bodies = self._bodies[-_SEEN:]
 
-    def found(self, path: np.ndarray, ranges: np.ndarray) -> Iterator[list[Closure]]:
-        """For each stranger that is one no more, the closures that agree on where it is. ``path``
-        [n, 3]: the own one, ``ranges`` [beams] m: the scan of its last node."""
-        for source in list(self.fleet.tracks):
-            if source in self.fleet.tracks:  # no other one has introduced it
-                closure = self._closure(source, path, ranges)
-                if closure is not None:
-                    doubtful = self._doubtful.setdefault(source, DoubtfulClosures())
-                    agreed = doubtful.agreed(closure, path, self.fleet.path(source))
-                    if agreed:
-                        yield agreed
+    def found(self, fleet: FleetGraph, name: str, ranges: np.ndarray) -> Iterator[list[Closure]]:
+        """For each stranger that is one no more, the closures that agree on where it is. ``fleet``
+        has the paths of those that are known and the own one, of ``name``, ``ranges`` [beams] m is
+        the scan of its last node."""
+        self._bodies = [body for body in self._bodies if not _is_known(fleet, name, body)]
+        path = fleet.path(name)
+        found = [one for source in self.fleet.tracks
+                 if (one := self._closure(source, path, ranges)) is not None]
+        for closure, bodies in found:
+            source = closure.source
+            if source not in self.fleet.tracks or any(
+                    bodies & others for other, others in found if other is not closure):
+                continue  # another one has introduced it, or one body would be two strangers
+            doubtful = self._doubtful.setdefault(source, DoubtfulClosures())
+            agreed = doubtful.agreed(closure, path, self.fleet.path(source))
+            if agreed:
+                yield agreed
 
-    def _closure(self, source: str, path: np.ndarray, ranges: np.ndarray) -> Closure | None:
-        """A closure of the last scan with the path of ``source`` that is laid through sightings."""
+    def _closure(self, source: str, path: np.ndarray, ranges: np.ndarray
+                 ) -> tuple[Closure, set[_Body]] | None:
+        """A closure of the last scan with the path of ``source`` that is laid through sightings,
+        and the bodies that it explains."""
         theirs, tracks = self.fleet.path(source), self.fleet.tracks[source]
         places = [(body, self.fleet.place(source, body.stamp_ns))
                   for body in reversed(self._bodies)]
@@ -83,8 +92,9 @@ class Strangers:
             if closure is not None:
                 moved = compose(path[-1], _inverse(closure.motion))
                 by_scan = compose(moved, _inverse(theirs[node]))
-                if _explained(by_scan, known) >= _EXPLAINED:
-                    return closure
+                bodies = _explained(by_scan, known)
+                if len(bodies) >= _EXPLAINED:
+                    return closure, bodies
         return None
 
     def introduced(self, fleet: FleetGraph, name: str, tie: Closure
@@ -115,16 +125,22 @@ def _frames(known: list[_Seen]) -> Iterator[np.ndarray]:
                             - math.atan2(there[1] - here[1], there[0] - here[0]))
                 turned = compose(np.array((0.0, 0.0, turn_rad)), np.array((*there, 0.0)))
                 frame = np.array((last.x_m - turned[0], last.y_m - turned[1], turn_rad))
-                if _explained(frame, known) >= _EXPLAINED:
+                if len(_explained(frame, known)) >= _EXPLAINED:
                     yield frame
 
 
-def _explained(frame: np.ndarray, known: list[_Seen]) -> int:
-    """The instants at which a body was seen where the path of a stranger with this ``frame`` leads,
+def _is_known(fleet: FleetGraph, name: str, body: _Body) -> bool:
+    """Whether somebody else in ``fleet`` than ``name`` was where the body was seen."""
+    places = (fleet.place(other, body.stamp_ns) for other in fleet.tracks if other != name)
+    return any(place is not None and math.dist(place, body[1:]) <= _FRIEND_M for place in places)
+
+
+def _explained(frame: np.ndarray, known: list[_Seen]) -> set[_Body]:
+    """The bodies that were seen where the path of a stranger with this ``frame`` leads,
     which was then at the place beside."""
     places = compose(frame, np.array([(*place, 0.0) for _, place in known]))
-    return len({body.stamp_ns for (body, _), place in zip(known, places, strict=True)
-                if math.hypot(body.x_m - place[0], body.y_m - place[1]) <= 2.0 * _UNLIKE_M})
+    return {body for (body, _), place in zip(known, places, strict=True)
+            if math.hypot(body.x_m - place[0], body.y_m - place[1]) <= 2.0 * _UNLIKE_M}
 
 
 def _inverse(motion: np.ndarray) -> np.ndarray:

@@ -68,3 +68,19 @@ def test_a_closure_with_somebody_known_introduces_a_stranger(turned):
     (who, frame), = known.introduced(fleet, name, tie)
     assert who == "other" and frame == pytest.approx(FRAME, abs=1e-9)
     assert not known.fleet.tracks
+
+
+def bodies_left(near_m):
+    """The bodies that may be strangers, where a friend was ``near_m`` from one of them."""
+    known, fleet = Strangers(ScanMatcher(SlamSettings())), FleetGraph()
+    for name, at in (("robot", np.zeros(3)), ("friend", np.array((5.0, near_m, 0.0)))):
+        for k in range(2):
+            fleet.add(name, k, at if k == 0 else np.zeros(3), np.eye(3), None)
+    known.saw(0, np.zeros(3), [Sighting(5.0, 0.0, 0.02, 0.02), Sighting(9.0, 0.0, 0.02, 0.02)])
+    list(known.found(fleet, "robot", np.zeros(181)))
+    return [body.x_m for body in known._bodies]
+
+
+def test_a_friend_is_no_stranger():
+    assert bodies_left(near_m=0.5) == [9.0]
+    assert bodies_left(near_m=2.0) == [5.0, 9.0]

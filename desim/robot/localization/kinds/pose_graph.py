@@ -101,7 +101,7 @@ class GraphSlam(ScanMatching):
             context.closed(closure.source, closure.theirs, closure.own, closure.motion)
             self._exchange.tie(context, closure)
         if self._strangers is not None:
-            for closures in self._strangers.found(self._fleet.path(name), ranges):
+            for closures in self._strangers.found(self._fleet, name, ranges):
                 self._exchange.introduce(context, closures)
         return Pose2D(*self._fleet.path(name)[-1].tolist())
 
