@@ -84,3 +84,21 @@ def bodies_left(near_m):
 def test_a_friend_is_no_stranger():
     assert bodies_left(near_m=0.5) == [9.0]
     assert bodies_left(near_m=2.0) == [5.0, 9.0]
+
+
+def introduced_by(bodies_of):
+    """The strangers that four scans introduce; ``bodies_of``: those that each of two explains."""
+    known, fleet = Strangers(ScanMatcher(SlamSettings())), FleetGraph()
+    for k in range(2):
+        fleet.add("robot", k, np.zeros(3), np.eye(3), None)
+        for other in bodies_of:
+            known.fleet.add(other, k, np.zeros(3), np.eye(3), None)
+    known._closure = lambda source, path, ranges: (
+        Closure(0, source, 0, np.zeros(3), np.eye(3)), bodies_of[source])
+    return [closures[-1].source for _ in range(4)
+            for closures in known.found(fleet, "robot", np.zeros(181))]
+
+
+def test_a_body_that_two_could_have_been_introduces_neither():
+    assert introduced_by({"one": {1, 2, 3}, "two": {4, 5, 6}}) == ["one", "two"]
+    assert introduced_by({"one": {1, 2, 3}, "two": {3, 4, 5}}) == []
