@@ -13,7 +13,7 @@ EDGES_NS = np.unique(np.ceil(10.0 ** (np.arange(1, _DECADES * BINS_PER_DECADE + 
 
 
 class Tallies:
-    """What was delivered, by topic: ``counts`` [topics], ``bytes`` [topics] without any header, and
+    """Deliveries by topic: ``counts`` [topics], ``bytes`` [topics] without any header, and
     ``latencies`` [topics, bins], where bin i is [EDGES_NS[i-1], EDGES_NS[i])."""
 
     def __init__(self) -> None:
