@@ -249,6 +249,20 @@ def airtime_ns(size_bytes: int, rate_bps: int) -> int:
     return -(-size_bytes * 8 * NS_PER_S // rate_bps)
 
 
+def rate_text(rate_bps: float, digits: int = 2) -> str:
+    """A bit rate in Mb/s, or in kb/s where it is below a tenth of one."""
+    if rate_bps < _SI["M"] / 10:
+        return f"{rate_bps / _SI['k']:.{digits}f} kb/s"
+    return f"{rate_bps / _SI['M']:.{digits}f} Mb/s"
+
+
+def size_text(size_bytes: float) -> str:
+    """A size in MB, or in kB where it is below a tenth of one."""
+    if size_bytes < _SI["M"] / 10:
+        return f"{size_bytes / _SI['k']:.1f} kB"
+    return f"{size_bytes / _SI['M']:.1f} MB"
+
+
 def _field(dimension: Dimension) -> Any:
     return Annotated[
         Any,

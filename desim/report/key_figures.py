@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from desim.results.status import is_imported
+from desim.units import rate_text, size_text
 
 Summary = Mapping[str, Any]  # of summary.json, or of manifest.json
 
@@ -101,8 +102,8 @@ def _network(m: Summary) -> list[tuple[str, str, str]]:
         *([("", f"{m['messages_unmatched']} unmatched", "not known who listens")]
           if m.get("messages_unmatched") else []),
         *(("", f"{count} dropped", reason) for reason, count in m["messages_dropped"].items()),
-        ("on the air", f"{m['bytes_on_air'] / 1e6:.1f} MB",
-         f"{8e-6 * m['bytes_on_air'] / max(m['simulated_s'], 1e-9):.2f} Mb/s, all hosts together"),
+        ("on the air", size_text(m["bytes_on_air"]),
+         f"{rate_text(8 * m['bytes_on_air'] / max(m['simulated_s'], 1e-9))}, all hosts together"),
         *(("", f"{count} packets", f"lost: {reason}")
           for reason, count in m.get("packets_lost", {}).items()),
         *(("", f"{share['mean']:.1%} busy", medium if share["mean"] == share["max"] else

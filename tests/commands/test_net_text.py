@@ -32,6 +32,12 @@ def test_the_least_that_a_case_measures():
                                                 "warm-up"]
 
 
+def test_slow_networks_have_their_rates_in_kilobits():
+    """LoRa carries some hundred bits a second."""
+    assert rows(goodput_mbps=0.000293, throughput_mbps=0.00041)[:2] == [
+        "goodput     0.293 kb/s  of payload", "throughput  0.410 kb/s  with headers"]
+
+
 def test_all_that_a_case_may_measure():
     assert rows(
         offered_mbps=6.0, goodput_share=0.98, delay_mean_ms=2.5, delay_error_ms=0.25,

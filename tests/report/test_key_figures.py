@@ -85,7 +85,7 @@ def test_the_figures_of_an_exploration():
         ("map quality", "0.9000", "1 wrong cell"), ("safety", "1.00", "2 collisions"),
         ("recoveries", "3", ""), ("messages", "7 sent", "5 delivered"),
         ("", "1 in flight", "at the end"),
-        ("on the air", "2.5 MB", "0.05 Mb/s, all hosts together"),
+        ("on the air", "2.5 MB", "50.00 kb/s, all hosts together"),
         ("speed", "123.5 times real time (CPU)", "400.0 s in 3.2 s of CPU, 150 MB")]
 
 
@@ -135,7 +135,7 @@ def test_a_network_in_which_things_went_wrong():
         "false_alarms": 1}) == [
         ("messages", "7 sent", "5 delivered"), ("", "0 in flight", "at the end"),
         ("", "2 unmatched", "not known who listens"), ("", "4 dropped", "outbox_full"),
-        ("", "1 dropped", "host_down"), ("on the air", "0.0 MB", "0.00 Mb/s, all hosts together"),
+        ("", "1 dropped", "host_down"), ("on the air", "0.0 kB", "0.00 kb/s, all hosts together"),
         ("", "9 packets", "lost: queue_full"),
         ("", "12.5% busy", "air, mean of its parts; at most 50.0%"), ("", "25.0% busy", "bus"),
         ("background", "10 packets", "a to b, 8 delivered"),

@@ -56,7 +56,7 @@ def test_a_run_ends_at_its_time_limit_and_says_what_passed(runs):
     first, _, said = runs
     assert re.sub(r" +", " ", said.partition("speed")[0]).splitlines()[:6] == [
         "hosts, seed 1: finished, elapsed ", "messages 0 sent 0 delivered ",
-        " 0 in flight at the end ", "on the air 0.0 MB 0.00 Mb/s, all hosts together ",
+        " 0 in flight at the end ", "on the air 0.0 kB 0.00 kb/s, all hosts together ",
         next(line for line in re.sub(r" +", " ", said).splitlines() if "busy" in line),
         "background 988 packets camera to store, 988 delivered "]
     summary = json.loads((first / "summary.json").read_text())

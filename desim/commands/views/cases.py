@@ -14,6 +14,7 @@ from desim.commands.options import descriptions
 from desim.commands.views.catalogue import first_sentence
 from desim.ports import Params
 from desim.ports.cases import ShowsSettings
+from desim.units import rate_text
 
 Measures = Mapping[str, Any]  # of desim.netcases.case.play
 FLEET = "fleet"  # not a plug-in: it plays a scenario
@@ -130,11 +131,11 @@ def measures_table(measures: Measures) -> Table:
 
 def _rows(m: Measures) -> Iterator[tuple[str, str, str]]:
     offered = m["offered_mbps"]
-    yield ("goodput", f"{m['goodput_mbps']:.3f} Mb/s",
-           "of payload" + ("" if offered is None else f"; offered {offered:.3f} Mb/s"))
+    yield ("goodput", rate_text(1e6 * m["goodput_mbps"], 3),
+           "of payload" + ("" if offered is None else f"; offered {rate_text(1e6 * offered, 3)}"))
     if m["goodput_share"] is not None:
         yield "", f"{m['goodput_share']:.4f}", "of what it is compared with (goodput_share)"
-    yield "throughput", f"{m['throughput_mbps']:.3f} Mb/s", "with headers"
+    yield "throughput", rate_text(1e6 * m["throughput_mbps"], 3), "with headers"
     if m["delay_mean_ms"] is not None:
         error = m["delay_error_ms"]
         yield ("delay", f"{m['delay_mean_ms']:.3f} ms",

@@ -73,7 +73,7 @@ def _delays_of(found: Load) -> str:
 
 def _topic_row(name: str, topic: Load) -> tuple[str, ...]:
     return (name, str(topic["senders"]), str(topic["receivers"]), f"{topic['rate_hz']:g}",
-            str(topic["size_bytes"]), f"{topic['offered_mbps']:.3f}",
+            str(topic["size_bytes"]), _mbps(topic["offered_mbps"]),
             _share(topic["delivery_ratio"]),
             *(_ms(topic[f"delay_{key}_ms"]) for key in ("mean", "p95", "p99")),
             _shares(topic["lost"], topic["sent"]))
@@ -81,7 +81,7 @@ def _topic_row(name: str, topic: Load) -> tuple[str, ...]:
 
 def _medium_row(name: str, medium: Load) -> tuple[str, ...]:
     busy = medium["utilisation"] or {"mean": None, "max": None}
-    return (name, f"{medium['offered_mbps']:.3f}", f"{medium['carried_mbps']:.3f}",
+    return (name, _mbps(medium["offered_mbps"]), _mbps(medium["carried_mbps"]),
             _share(busy["mean"]), _share(busy["max"]), str(medium["packets"]),
             _shares(medium["packets_lost"], medium["packets"]))
 
@@ -93,6 +93,10 @@ def _aligned(header: tuple[str, ...], rows: Iterable[tuple[str, ...]]) -> Iterat
     for first, *numbers, last in table:
         yield "  ".join((first.ljust(widths[0]), *(
             number.rjust(width) for number, width in zip(numbers, widths[1:], strict=False)), last))
+
+
+def _mbps(value: float) -> str:
+    return f"{value:.2g}" if 0 < value < 0.001 else f"{value:.3f}"
 
 
 def _share(value: float | None) -> str:
