@@ -38,6 +38,7 @@ class Hosts:
 
     def run(self, until_ns):
         self.kernel.run(until_ns)
+        self.graph.catch_up()
         return self
 
 

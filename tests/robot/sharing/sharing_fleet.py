@@ -97,6 +97,7 @@ class Fleet:
 
     def run(self, until_s):
         self.kernel.run(until_s * S)
+        self.graph.catch_up()
         return self
 
     def hears(self, receiver, source):
